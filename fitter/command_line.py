@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The verbs that need no Blender: fit and eval. The add-on's command line has them too."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from . import merl, parameter_file
+from .errors import NfmError, shown_name
+from .fit_file import fit_measurement
+from .model import FactorModel
+from .parameter_file import FittedMaterial
+from .progress import Progress
+from .weights import DEFAULT_WEIGHT, WEIGHTS
+
+FAILED = 1
+
+# How far from 1 the length of a direction may be: far more than rounding, less than a mistake.
+UNIT_TOLERANCE = 1e-3
+
+Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]
+
+
+def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
+    """Fit FILE and write its parameter file."""
+    parser = verbs.add_parser("fit", help="fit a measured BRDF and write its parameter file")
+    parser.add_argument("file", metavar="FILE", help="a MERL .binary file")
+    parser.add_argument(
+        "-o", "--output", metavar="OUT.nfm.json", help="default: the file's name here"
+    )
+    parser.add_argument("--model", choices=["shared3"], default="shared3")
+    parser.add_argument(
+        "--weight", choices=sorted(WEIGHTS), default=DEFAULT_WEIGHT, help="weight of the objective"
+    )
+    parser.add_argument("--json", action="store_true", help="print the report as JSON")
+    parser.set_defaults(run=run_fit)
+
+
+def run_fit(arguments: argparse.Namespace) -> None:
+    """The verb fit."""
+    start = time.perf_counter()
+    measurement = merl.read(arguments.file)
+    with Progress(sys.stderr, "fit") as progress:
+        material = fit_measurement(
+            measurement,
+            weight=arguments.weight,
+            on_step=lambda step: progress.update(step.progress, step.stage),
+        )
+    seconds = time.perf_counter() - start
+    output = Path(arguments.output or f"{material.name}{parameter_file.SUFFIX}")
+    parameter_file.save(output, material)
+    if arguments.json:
+        report = {"output": str(output), "seconds": round(seconds, 3), **material.fit}
+        sys.stdout.write(json.dumps(report) + "\n")
+    else:
+        sys.stdout.write(report_text(material, seconds) + f"written to      {output}\n")
+
+
+def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
+    """The report for people: one figure per line."""
+    fit, model = material.fit, material.model
+    rows = [("material", material.name)]
+    if "objective" in fit:
+        rows += [
+            ("bins", _bins_text(fit)),
+            ("model", f"{model.n_lobes} lobes, {model.n_parameters} numbers"),
+            ("objective", f"{fit['objective']:.3e} ({fit['weight']} weight)"),
+            ("iterations", f"{fit['iterations']}"),
+        ]
+    if seconds is not None:
+        rows.append(("seconds", f"{seconds:.1f}"))
+    if "objective" in fit:
+        rows += [
+            ("mean log error", f"{fit['mean_log_error']:.4f}"),
+            ("largest albedo", f"{fit['largest_directional_albedo']:.3f} (directional, to 88 deg)"),
+        ]
+    return "".join(f"{label:<16}{value}\n" for label, value in rows)
+
+
+def _bins_text(fit: dict) -> str:
+    return (
+        f"{fit['bins_usable']:,} used, {fit['bins_negative']:,} negative, "
+        f"{fit['bins_not_finite']:,} not finite, {fit['bins_below_horizon']:,} below the horizon"
+    )
+
+
+def add_eval_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:
+    """Evaluate PARAMS for pairs of directions."""
+    parser = verbs.add_parser("eval", help="evaluate a fitted BRDF for pairs of directions")
+    parser.add_argument("params", metavar="PARAMS.nfm.json")
+    parser.add_argument(
+        "--directions",
+        metavar="IN.npy",
+        required=True,
+        help="(n, 6) numbers: unit wi and wo in the local frame, z = normal",
+    )
+    parser.add_argument("-o", "--output", metavar="OUT.npy", required=True, help="(n, 3) f in 1/sr")
+    parser.set_defaults(run=lambda arguments: run_eval(arguments, FactorModel.f_r))
+    return parser
+
+
+def run_eval(arguments: argparse.Namespace, evaluate: Evaluate) -> None:
+    """The verb eval with any evaluator."""
+    material = parameter_file.load(arguments.params)
+    wi, wo = read_directions(arguments.directions)
+    values = evaluate(material.model, wi, wo)
+    try:
+        with Path(arguments.output).open("wb") as file:
+            np.save(file, values)
+    except OSError as error:
+        raise NfmError(
+            f"{shown_name(arguments.output)}: cannot be written ({error.strerror}); choose another"
+        ) from error
+
+
+def read_directions(path: str) -> tuple[np.ndarray, np.ndarray]:
+    """Unit wi and wo (n, 3) of a .npy file of shape (n, 6).
+
+    Raises
+    ------
+    NfmError
+        The file is not such an array, or a direction is not of unit length.
+    """
+    name = shown_name(path)
+    try:
+        pairs = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise NfmError(f"{name}: cannot be read as a .npy array ({error}); check it") from None
+    if getattr(pairs, "ndim", 0) != 2 or pairs.shape[1] != 6 or pairs.dtype.kind not in "fiu":
+        shape = getattr(pairs, "shape", "several arrays")
+        raise NfmError(f"{name}: shape {shape}, expected (n, 6) numbers: wi and wo in each row")
+    pairs = pairs.astype(np.float64)
+    lengths = np.linalg.norm(pairs.reshape(-1, 2, 3), axis=-1)
+    # written so that NaN counts as wrong
+    wrong = ~(np.abs(lengths - 1) < UNIT_TOLERANCE).all(axis=1)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise NfmError(
+            f"{name}: row {row} has directions of length {lengths[row].round(4).tolist()}, "
+            "expected unit vectors; normalise them"
+        )
+    return pairs[:, :3], pairs[:, 3:]
+
+
+def run(parser: argparse.ArgumentParser, argv: Sequence[str]) -> int:
+    """Parse, run the verb and turn errors of files into one line; returns the exit status.
+
+    argparse itself exits with 2 on bad usage.
+    """
+    arguments = parser.parse_args(argv)
+    try:
+        arguments.run(arguments)
+    except NfmError as error:
+        sys.stderr.write(f"nfm: {error}\n")
+        return FAILED
+    return 0
+
+
+def main(argv: Sequence[str]) -> int:
+    """Command line of the fitter alone; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="nfm", description="Measured materials without Blender.")
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    add_fit_verb(verbs)
+    add_eval_verb(verbs)
+    return run(parser, argv)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a file to a fitted material: read, fit, grade."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from . import merl, parameter_file
+from .errors import shown_name
+from .fit import FitStep, fit_steps, result_of
+from .measurement import Measurement
+from .metrics import mean_log_error, tabulate
+from .parameter_file import FittedMaterial
+from .tables import largest_directional_albedo
+from .weights import DEFAULT_WEIGHT
+
+OnStep = Callable[[FitStep], None]
+
+
+def material_from_file(
+    path: str | os.PathLike, *, weight: str = DEFAULT_WEIGHT, on_step: OnStep | None = None
+) -> FittedMaterial:
+    """A material from a measurement, which is fitted, or from a parameter file, which is loaded.
+
+    The content decides, not the suffix.
+
+    Raises
+    ------
+    MeasurementError, ParameterFileError
+        The file cannot be used.
+    """
+    if is_parameter_file(path):
+        return parameter_file.load(path)
+    return fit_measurement(merl.read(path), weight=weight, on_step=on_step)
+
+
+def is_parameter_file(path: str | os.PathLike) -> bool:
+    """Whether a file starts like JSON; a measurement never does."""
+    try:
+        if not Path(path).is_file():
+            # a missing file is reported by the reader that its name asks for
+            return os.fsdecode(path).endswith(".json")
+        with Path(path).open("rb") as file:
+            return file.read(64).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
+    except (OSError, ValueError):
+        return False
+
+
+def fit_measurement(
+    measurement: Measurement, *, weight: str = DEFAULT_WEIGHT, on_step: OnStep | None = None
+) -> FittedMaterial:
+    """Fit and grade; on_step sees every step of the fit and may raise to stop it."""
+    iterations = 0
+    for step in fit_steps(measurement, weight=weight):
+        iterations += 1
+        if on_step:
+            on_step(step)
+    result = result_of(step, iterations, weight)
+    report = measurement.report
+    return FittedMaterial(
+        name=material_name(measurement.source.file_name),
+        model=result.model,
+        source=measurement.source,
+        fit={
+            "objective": result.objective,
+            "iterations": result.iterations,
+            "weight": result.weight,
+            "mean_log_error": mean_log_error(tabulate(result.model), measurement),
+            "largest_directional_albedo": largest_directional_albedo(result.model),
+            "bins_usable": report.usable,
+            "bins_below_horizon": report.below_horizon,
+            "bins_negative": report.negative,
+            "bins_not_finite": report.non_finite,
+        },
+    )
+
+
+def material_name(file_name: str) -> str:
+    """Name for a material from that of a file: no suffixes, nothing that does not print."""
+    stem = shown_name(file_name)
+    for suffix in (parameter_file.SUFFIX, Path(stem).suffix):
+        if suffix and stem.lower().endswith(suffix.lower()) and len(stem) > len(suffix):
+            stem = stem[: -len(suffix)]
+            break
+    return stem[:60] or "material"

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Levenberg-Marquardt on all 822 numbers at once, after the alternation has found the valley.
+
+Alternating updates crawl where factors trade off against each other (D against F against G). One
+joint step uses the full Gauss-Newton matrix. It is never assembled from a Jacobian: every block is
+a sum of the same aggregated moments as in `problem`, or of their analogue over angle bins.
+
+All factors and scales move in log space: they stay positive without bounds to watch, and products
+of factors become sums. A number that the alternation has set to exactly zero (log = -inf) has no
+derivative there and stays zero until the next alternation. d moves linearly: it is zero for metals
+and must be able to leave zero.
+
+Reference for the damping: Marquardt 1963, with his scaling by the diagonal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from .geometry import N_THETA_D, N_THETA_H
+from .model import FactorModel
+from .problem import Moments, Problem, amplitudes
+from .splines import N_MASKING
+
+# A step may change a number by at most this factor (e^2); the quadratic model is worthless beyond.
+MAX_LOG_STEP = 2.0
+
+DAMPING_START = 1e-3
+DAMPING_DOWN = 0.3
+DAMPING_UP = 4.0
+MAX_REJECTIONS = 8
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where each factor stands in the parameter vector: log D, log F, log G, log s, d."""
+
+    n_lobes: int
+    ndf: slice
+    fresnel: slice
+    masking: slice
+    scale: slice
+    diffuse: slice
+    size: int
+
+    @classmethod
+    def of(cls, model: FactorModel) -> _Layout:
+        sizes = [a.size for a in (model.ndf, model.fresnel, model.masking, model.scale)]
+        ends = np.cumsum([0, *sizes, 3])
+        return cls(model.n_lobes, *(slice(a, b) for a, b in pairwise(ends)), ends[-1])
+
+    def pack(self, model: FactorModel) -> np.ndarray:
+        logs = [_log(a) for a in (model.ndf, model.fresnel, model.masking, model.scale)]
+        return np.concatenate([*logs, model.diffuse])
+
+    def unpack(self, x: np.ndarray) -> FactorModel:
+        return FactorModel(
+            diffuse=np.maximum(x[self.diffuse], 0),
+            scale=np.exp(x[self.scale]).reshape(self.n_lobes, 3),
+            ndf=np.exp(x[self.ndf]).reshape(self.n_lobes, -1),
+            masking=np.exp(x[self.masking]).reshape(self.n_lobes, -1),
+            fresnel=np.exp(x[self.fresnel]).reshape(3, -1),
+        )
+
+
+def refine(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, float]]:
+    """Yield (model, objective) after every accepted step; ends when no step lowers it."""
+    layout = _Layout.of(model)
+    x = layout.pack(model.normalized())
+    damping = DAMPING_START
+    while True:
+        current = layout.unpack(x)
+        objective, normal, gradient = _normal_equations(problem, current, layout)
+        for _ in range(MAX_REJECTIONS):
+            step = _damped_step(normal, gradient, damping)
+            step[: layout.diffuse.start] = np.clip(
+                step[: layout.diffuse.start], -MAX_LOG_STEP, MAX_LOG_STEP
+            )
+            trial = layout.unpack(x + step)
+            value = problem.objective_of(trial)
+            if value < objective:
+                break
+            damping *= DAMPING_UP
+        else:
+            return
+        damping = max(damping * DAMPING_DOWN, 1e-9)
+        trial = trial.normalized()
+        x = layout.pack(trial)
+        yield trial, value
+
+
+def _damped_step(normal: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:
+    diagonal = np.diag(normal)
+    scale = 1 / np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max()))
+    scaled = normal * scale[:, None] * scale
+    scaled[np.diag_indices_from(scaled)] += damping
+    return np.linalg.solve(scaled, gradient * scale) * scale
+
+
+def _normal_equations(
+    problem: Problem, model: FactorModel, layout: _Layout
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Objective, J' W J and J' W (rho - f) in the coordinates of the layout."""
+    kernels = problem.kernels(model.masking)
+    moments = problem.moments(kernels)
+    normal = np.zeros((layout.size, layout.size))
+    gradient = np.zeros(layout.size)
+    _fill_cell_blocks(problem, moments, model, layout, normal, gradient)
+    _fill_masking_blocks(problem, kernels, model, layout, normal, gradient)
+    lower = np.tril_indices(layout.size, -1)
+    normal[lower] = normal.T[lower]
+    return problem.objective(model, moments), normal, gradient
+
+
+def _fill_cell_blocks(
+    problem: Problem,
+    moments: Moments,
+    model: FactorModel,
+    layout: _Layout,
+    normal: np.ndarray,
+    gradient: np.ndarray,
+) -> None:
+    """Upper triangle of everything but G.
+
+    In log space each derivative is a sum of lobe values a_mc K_m, so every block is a sum of
+    z = a_m (sum w K_m K_k) a_k over the axes that the block does not have.
+    """
+    n_lobes = model.n_lobes
+    a = amplitudes(model)
+    z = a[:, :, :, None, :] * moments.kernel_kernel * a[:, :, None, :, :]  # h d m k c
+    value = a * moments.kernel  # h d m c
+    residual = a * (moments.kernel_target - model.diffuse * moments.kernel) - z.sum(3)
+
+    gradient[layout.ndf] = residual.sum((1, 3)).T.ravel()
+    gradient[layout.fresnel] = residual.sum((0, 2)).T.ravel()
+    gradient[layout.scale] = residual.sum((0, 1)).ravel()
+    gradient[layout.diffuse] = (
+        problem.cell_target - model.diffuse * problem.cell_weight - value.sum(2)
+    ).sum((0, 1))
+
+    n_h, n_d = a.shape[:2]
+    bins = np.arange(n_h)
+    ndf_ndf = np.zeros((n_lobes, n_h, n_lobes, n_h))
+    ndf_ndf[:, bins, :, bins] = z.sum((1, 4))
+    normal[layout.ndf, layout.ndf] = ndf_ndf.reshape(n_lobes * n_h, -1)
+    normal[layout.ndf, layout.fresnel] = (
+        z.sum(3).transpose(2, 0, 3, 1).reshape(n_lobes * n_h, 3 * n_d)
+    )
+    normal[layout.ndf, layout.scale] = (
+        z.sum(1).transpose(1, 0, 2, 3).reshape(n_lobes * n_h, n_lobes * 3)
+    )
+    normal[layout.ndf, layout.diffuse] = value.sum(1).transpose(1, 0, 2).reshape(-1, 3)
+
+    normal[layout.fresnel, layout.fresnel] = np.diag(z.sum((0, 2, 3)).T.ravel())
+    channels = np.arange(3)
+    fresnel_scale = np.zeros((3, n_d, n_lobes, 3))
+    fresnel_scale[channels, :, :, channels] = z.sum((0, 2)).transpose(2, 0, 1)
+    normal[layout.fresnel, layout.scale] = fresnel_scale.reshape(3 * n_d, -1)
+    fresnel_diffuse = np.zeros((3, n_d, 3))
+    fresnel_diffuse[channels, :, channels] = value.sum((0, 2)).T
+    normal[layout.fresnel, layout.diffuse] = fresnel_diffuse.reshape(3 * n_d, 3)
+
+    scale_scale = np.zeros((n_lobes, 3, n_lobes, 3))
+    scale_scale[:, channels, :, channels] = z.sum((0, 1)).transpose(2, 0, 1)
+    normal[layout.scale, layout.scale] = scale_scale.reshape(n_lobes * 3, -1)
+    scale_diffuse = np.zeros((n_lobes, 3, 3))
+    scale_diffuse[:, channels, channels] = value.sum((0, 1))
+    normal[layout.scale, layout.diffuse] = scale_diffuse.reshape(-1, 3)
+    normal[layout.diffuse, layout.diffuse] = np.diag(problem.cell_weight.sum((0, 1)))
+
+
+def _fill_masking_blocks(
+    problem: Problem,
+    kernels: np.ndarray,
+    model: FactorModel,
+    layout: _Layout,
+    normal: np.ndarray,
+    gradient: np.ndarray,
+) -> None:
+    """Upper triangle of the rows and columns of log G.
+
+    With u = basis G, the lobe value a_m u_m(i) u_m(o) has the derivative a_m u_m(o) to u_m at the
+    bin of theta_i, and the same with i and o exchanged. Where the other factor of a block is a
+    number per lobe or channel, the sum over samples depends on the cell only through a table over
+    pairs of angle bins; blocks with D and F need tables over (theta_h or theta_d, angle bin). The
+    chain rule through basis * G gives log G at the end.
+    """
+    n_lobes, n = model.n_lobes, problem.n_angles
+    a = amplitudes(model).reshape(-1, n_lobes, 3)
+    u = model.masking @ problem.basis.T
+    chains = [problem.basis * control for control in model.masking]
+    rows = [
+        slice(layout.masking.start + m * N_MASKING, layout.masking.start + (m + 1) * N_MASKING)
+        for m in range(n_lobes)
+    ]
+    lobe_sum = np.einsum("xmc,mxp->cxp", a, kernels, optimize=True)
+
+    for m in range(n_lobes):
+        target = problem.pair_table((problem.weighted_target @ a[:, m, :, None])[..., 0])
+        residual = _both_sides(target, u[m])
+        for c in range(3):
+            table = problem.pair_table(problem.weight_of(c) * a[:, m, c, None])
+            seen = _both_sides(table, u[m])
+            normal[rows[m], layout.diffuse.start + c] = seen @ chains[m]
+            residual -= model.diffuse[c] * seen
+        for k in range(n_lobes):
+            coupling = np.zeros((n, n))
+            for c in range(3):
+                product = problem.weight_of(c) * (a[:, m, c] * a[:, k, c])[:, None]
+                table = problem.pair_table(product)
+                coupling += table
+                seen = u[k] * _both_sides(table, u[k] * u[m])
+                normal[rows[m], layout.scale.start + 3 * k + c] = seen @ chains[m]
+                residual -= seen
+            if k >= m:
+                # both derivatives at the same bin, and one at each
+                same = np.diag(_both_sides(coupling, u[m] * u[k]))
+                crossed = coupling * u[m][None, :] * u[k][:, None]
+                crossed += (coupling * u[m][:, None] * u[k][None, :]).T
+                normal[rows[m], rows[k]] = chains[m].T @ (same + crossed) @ chains[k]
+            shared = (problem.weight @ (a[:, m] * a[:, k])[..., None])[..., 0] * kernels[k]
+            by_h = problem.angle_table(shared, u[m], axis=0)
+            ndf_rows = slice(k * N_THETA_H, (k + 1) * N_THETA_H)
+            normal[layout.ndf, rows[m]][ndf_rows] = by_h @ chains[m]
+        gradient[rows[m]] = residual @ chains[m]
+        for c in range(3):
+            value = problem.weight_of(c) * lobe_sum[c] * a[:, m, c, None]
+            by_d = problem.angle_table(value, u[m], axis=1)
+            fresnel_rows = slice(c * N_THETA_D, (c + 1) * N_THETA_D)
+            normal[layout.fresnel, rows[m]][fresnel_rows] = by_d @ chains[m]
+
+
+def _both_sides(pair_table: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Sum over the other angle of a pair table weighted by u there: theta_i plus theta_o."""
+    return pair_table @ u + u @ pair_table
+
+
+def _log(factor: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore"):
+        return np.log(factor).ravel()

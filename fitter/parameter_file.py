@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""NAME.nfm.json: a fitted material as readable UTF-8 JSON, format version 1.
+
+Fields: `format` "nfm", `version` 1, `model` "shared3", `kind` "isotropic", `name`; `diffuse` [3],
+`scale` [lobe][channel], `D` [lobe][90], `G` [lobe][90], `F` [channel][90]; `grids` with the node
+positions of `theta_h`, `theta` and `theta_d` in radians; `interpolation` of each factor; `source`
+(file, format, sha256) of the measurement; `fit` (objective, iterations, weight, metrics).
+
+Files come from strangers. Loading checks every field and executes nothing; strings are kept as
+data only.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .errors import ParameterFileError, shown_name
+from .files import write_atomically
+from .geometry import theta_d_centres, theta_h_centres
+from .measurement import Source
+from .model import FactorModel
+from .splines import masking_nodes
+
+FORMAT = "nfm"
+VERSION = 1
+MODEL = "shared3"
+KIND = "isotropic"
+SUFFIX = ".nfm.json"
+
+INTERPOLATION = {"D": "linear-sqrt", "G": "catmull-rom", "F": "linear"}
+
+# A fit is about 20 kB; nothing honest comes near these.
+MAX_FILE_SIZE = 4 << 20
+MAX_NUMBER = 1e12
+MAX_STRING = 1024
+
+_EXPECTED_SHAPES = {"diffuse": (3,), "scale": (3, 3), "D": (3, 90), "G": (3, 90), "F": (3, 90)}
+
+
+@dataclass(frozen=True)
+class FittedMaterial:
+    """A model with its name and history.
+
+    fit : figures of the fit by name, numbers and short strings; {} if unknown
+    """
+
+    name: str
+    model: FactorModel
+    source: Source | None = None
+    fit: dict[str, float | int | str] = field(default_factory=dict)
+
+
+def dumps(material: FittedMaterial) -> str:
+    """Text of a parameter file; the same material gives the same text."""
+    model, source = material.model, material.source
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "model": MODEL,
+        "kind": KIND,
+        "name": material.name,
+        "diffuse": model.diffuse.tolist(),
+        "scale": model.scale.tolist(),
+        "D": model.ndf.tolist(),
+        "G": model.masking.tolist(),
+        "F": model.fresnel.tolist(),
+        "grids": {name: nodes.tolist() for name, nodes in _grids().items()},
+        "interpolation": INTERPOLATION,
+        "source": source
+        and {"file": source.file_name, "format": source.format, "sha256": source.sha256},
+        "fit": material.fit,
+    }
+    lines = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def loads(text: str, name: str = "parameters") -> FittedMaterial:
+    """Material from the text of a parameter file; `name` is what messages call it.
+
+    Raises
+    ------
+    ParameterFileError
+        Anything about the text is not as the format says.
+    """
+    try:
+        document = json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        reason = "nested too deeply" if isinstance(error, RecursionError) else error
+        raise ParameterFileError(f"{name}: not valid JSON ({reason}); export it again") from None
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise ParameterFileError(
+            f'{name}: no "format": "nfm" at the top level; choose a {SUFFIX} file'
+        )
+    if document.get("version") != VERSION:
+        raise ParameterFileError(
+            f"{name}: format version {_excerpt(document.get('version'))}, this add-on reads "
+            f"version {VERSION}; update the add-on"
+        )
+    for key, expected in (
+        ("model", MODEL),
+        ("kind", KIND),
+        ("interpolation", INTERPOLATION),
+    ):
+        if document.get(key) != expected:
+            raise ParameterFileError(
+                f'{name}: "{key}" is {_excerpt(document.get(key))}, expected '
+                f"{_excerpt(expected)}; update the add-on or export the file again"
+            )
+    grids = document.get("grids")
+    for key, nodes in _grids().items():
+        found = _numbers(grids if isinstance(grids, dict) else {}, key, nodes.shape, name)
+        if not np.allclose(found, nodes, rtol=0, atol=1e-6):
+            raise ParameterFileError(
+                f'{name}: the grid "{key}" is not that of format version 1; export it again'
+            )
+    values = {key: _numbers(document, key, shape, name) for key, shape in _EXPECTED_SHAPES.items()}
+    return FittedMaterial(
+        name=_string(document, "name", name),
+        model=FactorModel(
+            diffuse=values["diffuse"],
+            scale=values["scale"],
+            ndf=values["D"],
+            masking=values["G"],
+            fresnel=values["F"],
+        ),
+        source=_source(document.get("source"), name),
+        fit=_figures(document.get("fit"), name),
+    )
+
+
+def save(path: str | os.PathLike, material: FittedMaterial) -> None:
+    """Write a parameter file, all or nothing.
+
+    Raises
+    ------
+    ParameterFileError
+        The file cannot be written; an existing one is left as it was.
+    """
+    try:
+        write_atomically(Path(path), [dumps(material).encode("utf-8")])
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ParameterFileError(
+            f"{shown_name(path)}: cannot be written ({reason}); choose another folder"
+        ) from error
+
+
+def load(path: str | os.PathLike) -> FittedMaterial:
+    """Read a parameter file.
+
+    Raises
+    ------
+    ParameterFileError
+        The file cannot be read, or anything in it is not as the format says.
+    """
+    name = shown_name(path)
+    try:
+        if not Path(path).is_file():
+            raise ParameterFileError(f"{name}: no such file; check the path")
+        size = Path(path).stat().st_size
+        if size > MAX_FILE_SIZE:
+            raise ParameterFileError(
+                f"{name}: {size:,} bytes, a {SUFFIX} file has less than {MAX_FILE_SIZE:,}; "
+                "choose another file"
+            )
+        text = Path(path).read_bytes().decode("utf-8")
+    except UnicodeDecodeError:
+        raise ParameterFileError(f"{name}: not UTF-8 text; choose a {SUFFIX} file") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, ParameterFileError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise ParameterFileError(f"{name}: cannot be read ({reason})") from error
+    return loads(text, name)
+
+
+def _grids() -> dict[str, np.ndarray]:
+    return {"theta_h": theta_h_centres(), "theta": masking_nodes(), "theta_d": theta_d_centres()}
+
+
+def _numbers(document: dict, key: str, shape: tuple[int, ...], name: str) -> np.ndarray:
+    """An array of exactly this shape whose numbers are finite, not negative and not absurd."""
+    values = document.get(key)
+    if not _has_shape(values, shape):
+        wanted = " x ".join(map(str, shape))
+        raise ParameterFileError(f'{name}: "{key}" is not {wanted} numbers; export it again')
+    flat = np.array(values, dtype=object).ravel()
+    for value in flat:
+        # a comparison of the Python number: huge integers would overflow a float
+        if not 0 <= value <= MAX_NUMBER:
+            raise ParameterFileError(
+                f'{name}: "{key}" holds {_excerpt(value)}, every number must be from 0 to '
+                f"{MAX_NUMBER:g}; export it again"
+            )
+    return flat.astype(np.float64).reshape(shape)
+
+
+def _has_shape(values: object, shape: tuple[int, ...]) -> bool:
+    if not shape:
+        return isinstance(values, (int, float)) and not isinstance(values, bool)
+    return (
+        isinstance(values, list)
+        and len(values) == shape[0]
+        and all(_has_shape(value, shape[1:]) for value in values)
+    )
+
+
+def _source(value: object, name: str) -> Source | None:
+    if value is None:
+        return None
+    if not isinstance(value, dict):
+        raise ParameterFileError(f'{name}: "source" is not an object; export it again')
+    return Source(*(_string(value, key, name) for key in ("file", "format", "sha256")))
+
+
+def _figures(value: object, name: str) -> dict[str, float | int | str]:
+    if not isinstance(value, dict) or len(value) > 100:
+        raise ParameterFileError(f'{name}: "fit" is not a short object; export it again')
+    figures: dict[str, float | int | str] = {}
+    for key, figure in value.items():
+        if isinstance(figure, str):
+            figure = _string(value, key, name)
+        elif not _has_shape(figure, ()) or not abs(figure) <= MAX_NUMBER:
+            raise ParameterFileError(
+                f'{name}: "fit" holds {_excerpt(figure)}, expected numbers and short strings; '
+                "export it again"
+            )
+        figures[key[:MAX_STRING]] = figure
+    return figures
+
+
+def _string(document: dict, key: str, name: str) -> str:
+    value = document.get(key)
+    if not isinstance(value, str) or len(value) > MAX_STRING or not _is_text(value):
+        raise ParameterFileError(
+            f'{name}: "{key}" is not a string of at most {MAX_STRING} characters; export it again'
+        )
+    return value
+
+
+def _is_text(value: str) -> bool:
+    """Whether the string can be stored: JSON can spell half a surrogate pair, UTF-8 cannot."""
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _refuse_constant(constant: str) -> None:
+    raise ValueError(f"{constant} is not a number of JSON")
+
+
+def _excerpt(value: object) -> str:
+    """A value from a file for a message: short, on one line."""
+    text = ascii(value)
+    return text if len(text) <= 40 else text[:37] + "..."

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exact pictures of a sphere under an environment map, to grade a fit by what it looks like.
+
+Protocol (docs/RESULTS.md): orthographic view of the unit sphere, 64 x 64 pixels with one ray
+through each centre, environment box-filtered to 128 x 64 texels that are summed exactly, tables
+looked up at the nearest bin. No sampling, so no noise: what differs is the BRDF.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .geometry import N_PHI_D, N_THETA_D, N_THETA_H, merl_bin_index, normalized
+
+RESOLUTION = 64
+ENVIRONMENT_SHAPE = (64, 128)
+
+# Pixels of the lit sphere, sRGB-like display: exposure so that the reference's mean is EXPOSURE.
+EXPOSURE = 0.3
+DISPLAY_GAMMA = 2.2
+
+
+class SphereScene:
+    """The sphere seen along -z with +y up; the map's poles are +-y, its columns run from +x to +z.
+
+    environments : list of (h, w, 3) radiance maps, row 0 at +y; h and w at least 64 and 128
+    """
+
+    def __init__(self, environments: list[np.ndarray], resolution: int = RESOLUTION) -> None:
+        rows, columns = ENVIRONMENT_SHAPE
+        theta = (np.arange(rows) + 0.5) / rows * np.pi
+        phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
+        directions = np.stack(
+            np.broadcast_arrays(
+                np.sin(theta)[:, None] * np.cos(phi),
+                np.cos(theta)[:, None],
+                np.sin(theta)[:, None] * np.sin(phi),
+            ),
+            -1,
+        ).reshape(-1, 3)
+        solid_angle = np.repeat(np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns), columns)
+        self._light = np.stack(
+            [
+                box_filtered(image, rows, columns).reshape(-1, 3) * solid_angle[:, None]
+                for image in environments
+            ]
+        ).astype(np.float32)
+
+        axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+        x, y = np.meshgrid(axis, -axis)
+        self.mask = x * x + y * y < 1
+        x, y = x[self.mask], y[self.mask]
+        normals = np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1)
+        self._bins, self._cosines = _table_look_ups(normals, directions)
+
+    def render(self, f_r: np.ndarray) -> np.ndarray:
+        """Linear pixels (environments, n_pixels, 3) of a table (90, 90, 180, 3) in 1/sr."""
+        out = np.empty((len(self._light), len(self._bins), 3))
+        for channel in range(3):
+            table = np.append(np.ravel(f_r[..., channel]), 0).astype(np.float32)
+            reflected = table[self._bins] * self._cosines
+            out[..., channel] = self._light[..., channel] @ reflected.T
+        return out
+
+    def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
+        """Display picture (resolution, resolution, 3) in 0..1 of one environment's pixels."""
+        image = np.zeros((*self.mask.shape, 3))
+        image[self.mask] = display(pixels, reference)
+        return image
+
+
+def display(pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Display values 0..1 of linear pixels, exposed by the reference, gamma 2.2."""
+    return np.clip(pixels * (EXPOSURE / reference.mean()), 0, 1) ** (1 / DISPLAY_GAMMA)
+
+
+def rendered_psnr(pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """PSNR in dB, peak 1, of display values; one for each environment (first axis)."""
+    return np.array(
+        [
+            -10 * np.log10(max(np.mean((display(a, b) - display(b, b)) ** 2), 1e-12))
+            for a, b in zip(pixels, reference, strict=True)
+        ]
+    )
+
+
+def box_filtered(image: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """Image (h, w, 3) averaged over whole boxes to (rows, columns, 3); a remainder is cut off."""
+    height, width = image.shape[0] // rows, image.shape[1] // columns
+    cropped = image[: rows * height, : columns * width]
+    return cropped.reshape(rows, height, columns, width, 3).mean((1, 3))
+
+
+def _table_look_ups(normals: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Flat table index (n_pixels, n_directions) and cos theta_i; the index past the end is 0."""
+    outside = N_THETA_H * N_THETA_D * N_PHI_D
+    index = np.full((len(normals), len(directions)), outside, np.int32)
+    cosines = np.zeros(index.shape, np.float32)
+    view = np.array([0.0, 0.0, 1.0])
+    for row, normal in enumerate(normals):
+        lit = directions @ normal > 0
+        tangent = normalized(np.cross([0.0, 1.0, 0.0], normal))
+        frame = np.stack([tangent, np.cross(normal, tangent), normal])
+        wi = directions[lit] @ frame.T
+        wo = np.broadcast_to(frame @ view, wi.shape)
+        h, d, p = merl_bin_index(wi, wo)
+        index[row, lit] = (h * N_THETA_D + d) * N_PHI_D + p
+        cosines[row, lit] = wi[:, 2]
+    return index, cosines

@@ -1,0 +1,50 @@
+"""The verbs of ./nfm, one line each."""
+
+from typing import NamedTuple
+
+
+class Verb(NamedTuple):
+    """What a verb runs and what has to be there for it.
+
+    `command` goes to the environment's interpreter, before the caller's arguments. `extras`
+    are those of pyproject.toml that are installed only when this verb is used.
+    """
+
+    summary: str
+    command: tuple[str, ...]
+    loads_blender: bool = True
+    extras: tuple[str, ...] = ()
+
+
+def _module(name: str, *arguments: str) -> tuple[str, ...]:
+    # -P: see ./nfm. runner.interruptible: Ctrl-C is an exit status, not a traceback.
+    return ("-P", "-m", "runner.interruptible", name, *arguments)
+
+
+VERBS = {
+    "demo": Verb("fit and render a sample material", _module("runner.blender", "demo")),
+    "fit": Verb("fit a measured file", _module("fitter", "fit"), loads_blender=False),
+    "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
+    "render": Verb("render the standard sphere", _module("runner.blender", "render")),
+    "bench": Verb("print the tables of figures", _module("benchmarks")),
+    "test": Verb("run ruff, then pytest on both Blender versions", _module("runner.checks")),
+    "python": Verb("run the environment's interpreter", ()),
+}
+
+
+def usage() -> str:
+    """Return the text of ./nfm --help."""
+    width = max(map(len, VERBS))
+    lines = "\n".join(f"  {name:{width}}  {verb.summary}" for name, verb in VERBS.items())
+    return f"""\
+usage: ./nfm [--blender 4.5|5.2] VERB [ARGUMENTS]
+
+{lines}
+
+./nfm VERB --help tells more about one of them.
+
+  --blender VERSION  5.2 runs on Python 3.13, 4.5 on 3.11; default: 5.2 where possible.
+                     The variable NFM_BLENDER does the same.
+  --which            print the interpreter ./nfm has found, and stop
+  NFM_HOME           folder of the private environments; default: .nfm in the checkout
+"""

@@ -1,0 +1,40 @@
+"""Fixtures of all tests."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from runner import blender as loader
+from runner.environment import CHECKOUT
+
+# At import: a test module that imports bpy is collected before any fixture runs.
+loader.use_scratch_settings()
+
+
+@pytest.fixture(scope="session")
+def extension() -> ModuleType:
+    """The root module of the checkout, enabled in Blender as an extension."""
+    if importlib.util.find_spec("bpy") is None:
+        pytest.skip("bpy is not installed")
+    return loader.load_extension()
+
+
+@pytest.fixture
+def blender(extension: ModuleType) -> ModuleType:
+    """The bpy module, in an empty scene with factory settings and the extension enabled."""
+    import bpy
+
+    # Not read_factory_settings: that disables the extension.
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    return bpy
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of shared measurements and tools beside the checkout."""
+    folder = CHECKOUT.parent / "shared"
+    if not folder.is_dir():
+        pytest.skip(f"there is no {folder}")
+    return folder

@@ -1,0 +1,82 @@
+import subprocess
+import sys
+
+import pytest
+
+from runner import checks
+
+
+@pytest.fixture
+def lanes(monkeypatch, tmp_path):
+    """Commands that checks would run, with a status for each kind; `other` is 4.5 or 5.2."""
+
+    class Lanes:
+        other = checks.BLENDER["3.11" if sys.version_info[:2] == (3, 13) else "3.13"]
+        statuses: dict[str, int] = {}  # noqa: RUF012
+        has_other_python = True
+
+        def __init__(self):
+            self.ran: list[str] = []
+
+        def run(self, command):
+            if "ruff" in command:
+                kind = " ".join(command[command.index("ruff") :])
+            else:
+                kind = "second" if "--blender" in command else "first"
+                if kind == "second":
+                    assert command[command.index("--blender") + 1] == self.other
+            self.ran.append(kind)
+            self.last = command
+            return self.statuses.get(kind, 0)
+
+    lanes = Lanes()
+    # setenv first, so that what main() writes there is undone as well
+    monkeypatch.setenv("NFM_BLENDER", "")
+    monkeypatch.setenv("NFM_HOME", str(tmp_path))
+    monkeypatch.setattr(checks, "_in_checkout", lanes.run)
+    monkeypatch.setattr(
+        checks.subprocess,
+        "run",
+        lambda command, **_: subprocess.CompletedProcess(command, not lanes.has_other_python),
+    )
+    return lanes
+
+
+def test_everything(lanes):
+    assert checks.main([]) == 0
+    assert lanes.ran == ["ruff check", "ruff format --check", "first", "second"]
+
+
+def test_arguments_go_to_both_lanes_without_ruff(lanes):
+    assert checks.main(["-k", "foo"]) == 0
+    assert lanes.ran == ["first", "second"]
+    assert lanes.last[-2:] == ["-k", "foo"]
+
+
+def test_chosen_blender_is_the_only_lane(lanes, monkeypatch):
+    monkeypatch.setenv("NFM_BLENDER", "5.2")
+    checks.main(["-k", "foo"])
+    assert lanes.ran == ["first"]
+
+
+def test_missing_python_skips_the_second_lane_and_says_so(lanes, capsys):
+    lanes.has_other_python = False
+    assert checks.main(["-x"]) == 0
+    assert lanes.ran == ["first"]
+    assert f"Blender {lanes.other} are skipped" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("failing", ["ruff check", "ruff format --check", "first", "second"])
+def test_one_failure_fails_all_and_stops_nothing(lanes, failing):
+    lanes.statuses = {failing: 1}
+    assert checks.main([]) == 1
+    assert len(lanes.ran) == 4
+
+
+@pytest.mark.parametrize(
+    ("lane", "arguments", "status"),
+    [("second", ["-k", "foo"], 0), ("second", [], 5), ("first", ["-k", "foo"], 5)],
+)
+def test_no_tests_collected(lanes, lane, arguments, status):
+    lanes.statuses = {lane: 5}
+    assert checks.main(arguments) == status

@@ -1,0 +1,74 @@
+import os
+
+import pytest
+
+from runner import __main__ as runner
+from runner.messages import SetupError
+from runner.verbs import VERBS
+
+
+@pytest.fixture
+def prepared(monkeypatch):
+    """Skip the environment; collect what would be executed."""
+    executed = []
+    monkeypatch.setattr(runner, "_prepare", lambda verb: "/env/python")
+    monkeypatch.setattr(os, "execv", lambda path, argv: executed.append((path, argv)))
+    return executed
+
+
+def test_help_lists_every_verb(capsys):
+    assert runner.main(["--help"]) == 0
+    listed = capsys.readouterr().out
+    assert all(f"\n  {name} " in listed for name in VERBS)
+
+
+def test_no_verb_is_bad_usage(capsys):
+    assert runner.main([]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("usage: ./nfm")
+
+
+def test_unknown_verb_is_bad_usage(prepared, capsys):
+    assert runner.main(["frobnicate"]) == 2
+    assert prepared == []
+    assert "frobnicate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("verb", "target"),
+    [
+        ("fit", ["fitter", "fit"]),
+        ("eval", ["runner.blender", "eval"]),
+        ("render", ["runner.blender", "render"]),
+        ("demo", ["runner.blender", "demo"]),
+        ("bench", ["benchmarks"]),
+        ("test", ["runner.checks"]),
+    ],
+)
+def test_verbs_run_their_module(prepared, verb, target):
+    runner.main([verb, "a b", "--help"])
+    ((path, argv),) = prepared
+    assert path == "/env/python"
+    assert argv == [path, "-P", "-m", "runner.interruptible", *target, "a b", "--help"]
+
+
+def test_python_is_the_plain_interpreter(prepared):
+    runner.main(["python", "-c", "pass"])
+    assert prepared == [("/env/python", ["/env/python", "-c", "pass"])]
+
+
+def test_only_fit_does_without_blender():
+    assert [name for name, verb in VERBS.items() if not verb.loads_blender] == ["fit"]
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [(SetupError("no"), 1), (PermissionError("no"), 1), (KeyboardInterrupt(), 130)],
+)
+def test_failed_preparation_has_a_status_and_no_traceback(monkeypatch, error, status):
+    def fail(verb):
+        raise error
+
+    monkeypatch.setattr(runner, "_prepare", fail)
+    assert runner.main(["fit"]) == status
