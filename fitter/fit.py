@@ -155,8 +155,9 @@ def _refine(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel,
     objective = problem.objective_of(model)
     for _ in range(REFINE_ROUNDS):
         before = objective
-        for model, objective in islice(joint.refine(problem, model), REFINE_JOINT_STEPS):
-            yield model, objective
+        for refined, value in islice(joint.refine(problem, model), REFINE_JOINT_STEPS):
+            model = refined
+            yield model, value
         model = sweep(problem, model)
         objective = problem.objective_of(model)
         yield model, objective

@@ -10,6 +10,11 @@ of factors become sums. A number that the alternation has set to exactly zero (l
 derivative there and stays zero until the next alternation. d moves linearly: it is zero for metals
 and must be able to leave zero.
 
+Where wi and wo are near the mirror direction, theta_i = theta_o = theta_d, so for a sharp lobe F and
+1 / G^2 are nearly interchangeable and steps would drift along F e^(k theta) without end. The step
+therefore prefers a level F: the normal equations get a penalty on the differences of log F between
+neighbours. It steers the step only; whether a step is taken depends on the objective alone.
+
 Reference for the damping: Marquardt 1963, with his scaling by the diagonal.
 """
 
@@ -33,6 +38,9 @@ DAMPING_START = 1e-3
 DAMPING_DOWN = 0.3
 DAMPING_UP = 4.0
 MAX_REJECTIONS = 8
+
+# Strength of the preference for a level F, relative to sum w rho^2.
+FRESNEL_LEVEL = 5e-5
 
 
 @dataclass(frozen=True)
@@ -75,6 +83,7 @@ def refine(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, 
     while True:
         current = layout.unpack(x)
         objective, normal, gradient = _normal_equations(problem, current, layout)
+        _prefer_level_fresnel(problem, current, layout, normal, gradient)
         for _ in range(MAX_REJECTIONS):
             step = _damped_step(normal, gradient, damping)
             step[: layout.diffuse.start] = np.clip(
@@ -114,6 +123,26 @@ def _normal_equations(
     lower = np.tril_indices(layout.size, -1)
     normal[lower] = normal.T[lower]
     return problem.objective(model, moments), normal, gradient
+
+
+def _prefer_level_fresnel(
+    problem: Problem,
+    model: FactorModel,
+    layout: _Layout,
+    normal: np.ndarray,
+    gradient: np.ndarray,
+) -> None:
+    """Add the penalty sum of (log F[j + 1] - log F[j])^2 over neighbours that are not zero."""
+    weight = FRESNEL_LEVEL * problem.target_energy
+    start = layout.fresnel.start
+    for channel, row in enumerate(model.fresnel):
+        left = np.flatnonzero((row[:-1] > 0) & (row[1:] > 0))
+        slope = np.log(row[left + 1] / row[left])
+        i = start + channel * row.size + left
+        np.add.at(gradient, i, weight * slope)
+        np.add.at(gradient, i + 1, -weight * slope)
+        for a, b, sign in ((i, i, 1), (i + 1, i + 1, 1), (i, i + 1, -1), (i + 1, i, -1)):
+            np.add.at(normal, (a, b), sign * weight)
 
 
 def _fill_cell_blocks(

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Blender side: the only package that imports bpy. It joins fitter/ and osl/."""
+
+from bpy.utils import register_submodule_factory
+
+register, unregister = register_submodule_factory(
+    __name__,
+    (
+        "properties",
+        "operators",
+        "command",
+    ),
+)

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The verbs of ./nfm that work inside Blender, and of `blender --command nfm`.
+
+fit and eval come from the fitter, which also runs without Blender; render and demo are added here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..fitter import command_line as fitter_command_line
+from ..fitter import synthetic
+from ..fitter.fit_file import material_from_file
+from ..fitter.model import FactorModel
+from ..fitter.parameter_file import FittedMaterial
+from ..fitter.progress import Progress
+from . import demo_light, images, material
+from .evaluate import evaluate_through_osl
+from .properties import SAMPLING_ITEMS
+from .rendering import render_to_file
+from .standard_sphere import SphereView, build_scene
+
+SAMPLINGS = [identifier.lower() for identifier, *_ in SAMPLING_ITEMS]
+DEMO_SAMPLE = "copper-paint"
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run a verb; returns the exit status: 0, or 1 if it failed. Bad usage exits with 2."""
+    parser = argparse.ArgumentParser(
+        prog="nfm", description="Measured materials: fit, evaluate and render them."
+    )
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    _add_demo_verb(verbs)
+    fitter_command_line.add_fit_verb(verbs)
+    _add_eval_verb(verbs)
+    _add_render_verb(verbs)
+    return fitter_command_line.run(parser, argv)
+
+
+def _add_eval_verb(verbs: argparse._SubParsersAction) -> None:
+    parser = fitter_command_line.add_eval_verb(verbs)
+    parser.add_argument(
+        "--through",
+        choices=["numpy", "osl"],
+        default="numpy",
+        help="osl evaluates the very shader that renders, inside Cycles",
+    )
+    evaluators = {"numpy": FactorModel.f_r, "osl": evaluate_through_osl}
+    parser.set_defaults(
+        run=lambda arguments: fitter_command_line.run_eval(arguments, evaluators[arguments.through])
+    )
+
+
+def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("render", help="render the standard sphere")
+    parser.add_argument("file", metavar="FILE_OR_PARAMS", help="a measured file or .nfm.json")
+    parser.add_argument("-o", "--output", metavar="OUT.exr|OUT.png", required=True, type=Path)
+    parser.add_argument("--env", metavar="MAP.hdr", type=Path, help="default: uniform white 1")
+    parser.add_argument("--samples", type=_positive, default=64, metavar="N")
+    parser.add_argument("--seed", type=_natural, default=0, metavar="N")
+    parser.add_argument("--resolution", type=_positive, default=256, metavar="R")
+    parser.add_argument("--sampling", choices=SAMPLINGS, default="reference")
+    parser.add_argument(
+        "--candidates",
+        type=_positive,
+        metavar="K",
+        help="candidate directions per shading point; default: 8, cosine sampling 1",
+    )
+    parser.add_argument(
+        "--point-sampled", action="store_true", help="rays through the pixel centres"
+    )
+    parser.set_defaults(run=_run_render)
+
+
+def _run_render(arguments: argparse.Namespace) -> None:
+    fitted = _fitted(arguments.file)
+    view = SphereView(
+        resolution=arguments.resolution,
+        samples=arguments.samples,
+        seed=arguments.seed,
+        point_sampled=arguments.point_sampled,
+        environment=arguments.env,
+    )
+    _render(fitted, view, arguments.sampling, arguments.output, arguments.candidates)
+    sys.stdout.write(f"written to      {arguments.output}\n")
+
+
+def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("demo", help="fit and render a sample material")
+    parser.add_argument(
+        "file", metavar="FILE", nargs="?", help="a measured file; default: a synthetic sample"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        type=Path,
+        default=Path("nfm-demo"),
+        help="default: nfm-demo here",
+    )
+    parser.set_defaults(run=_run_demo)
+
+
+def _run_demo(arguments: argparse.Namespace) -> None:
+    folder: Path = arguments.output
+    folder.mkdir(parents=True, exist_ok=True)
+    path = arguments.file
+    if path is None:
+        path = folder / f"synthetic-{DEMO_SAMPLE}.binary"
+        synthetic.write_sample(path, DEMO_SAMPLE)
+        sys.stdout.write(
+            f"{path} is a synthetic sample in the MERL format, computed from an analytic model.\n"
+            "To see a measured material: ./nfm demo FILE.binary\n\n"
+        )
+    start = time.perf_counter()
+    fitted = _fitted(path)
+    sys.stdout.write(fitter_command_line.report_text(fitted, time.perf_counter() - start))
+    sys.stdout.flush()
+
+    environment = folder / "studio.exr"
+    images.write_linear(environment, demo_light.studio())
+    picture = folder / f"{Path(path).stem}.png"
+    view = SphereView(resolution=512, samples=128, environment=environment)
+    _render(fitted, view, "reference", picture)
+    sys.stdout.write(f"\nThe picture is {picture.resolve()}\n")
+
+
+def _fitted(path: str | Path) -> FittedMaterial:
+    with Progress(sys.stderr, "fit") as progress:
+        return material_from_file(
+            path, on_step=lambda step: progress.update(step.progress, step.stage)
+        )
+
+
+def _render(
+    fitted: FittedMaterial,
+    view: SphereView,
+    sampling: str,
+    output: Path,
+    candidates: int | None = None,
+) -> None:
+    new = material.build(fitted, sampling.upper())
+    if candidates is not None:
+        material.find_script_node(new).inputs["Candidates"].default_value = candidates
+    scene = build_scene(new, view)
+    with Progress(sys.stderr, "render") as progress:
+        render_to_file(scene, output, lambda share: progress.update(share, "rendering"))
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
+    return value
+
+
+def _natural(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A fitted material as Blender data: Material -> node group -> Script node -> Text.
+
+The node group has the sockets that an artist uses (Diffuse, Lobe 1-3 Scale, Normal -> BSDF) and
+hides the rest. The model itself travels in material.nfm.parameters, as text.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..fitter import parameter_file
+from ..fitter.model import FactorModel
+from ..fitter.parameter_file import FittedMaterial
+from . import script_node
+from .errors import ShaderError
+from .shader_source import surface_source
+
+GROUP_NAME = "NFM BRDF"
+SCRIPT_NODE = "NFM Shader"
+
+LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
+WHITE = (1.0, 1.0, 1.0, 1.0)
+
+
+def build(fitted: FittedMaterial, sampling: str = "REFERENCE") -> bpy.types.Material:
+    """New material of a fitted model; nothing is left behind if its shader does not compile.
+
+    sampling : an identifier of properties.SAMPLING_ITEMS
+
+    Raises
+    ------
+    ShaderError
+        This Blender cannot compile the shader.
+    """
+    source = surface_source(fitted.model, sampling.lower())
+    group = _new_group(fitted.model)
+    script = group.nodes[SCRIPT_NODE]
+    try:
+        script_node.fill(script, f"{fitted.name}.osl", source)
+    except ShaderError:
+        text = script.script
+        bpy.data.node_groups.remove(group)
+        if text:
+            bpy.data.texts.remove(text)
+        raise
+    _link_group(group)
+    return _new_material(fitted, group, sampling)
+
+
+def update_shader(material: bpy.types.Material) -> None:
+    """Write the shader anew from material.nfm: after a change of its sampling or parameters.
+
+    Raises
+    ------
+    ParameterFileError
+        The stored parameters were damaged.
+    ShaderError
+        This Blender cannot compile the shader, or the material has lost its Script node.
+    """
+    model = fitted_material(material).model
+    source = surface_source(model, material.nfm.sampling.lower())
+    script_node.fill(find_script_node(material), f"{material.name}.osl", source)
+
+
+def fitted_material(material: bpy.types.Material) -> FittedMaterial:
+    """The model that a material was made from.
+
+    Raises
+    ------
+    ParameterFileError
+        The material has none, or the stored text was damaged.
+    """
+    return parameter_file.loads(material.nfm.parameters, f"material {material.name!r}")
+
+
+def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript:
+    """The Script node of a material that `build` has made.
+
+    Raises
+    ------
+    ShaderError
+        There is none any more.
+    """
+    for node in material.node_tree.nodes:
+        if node.type == "GROUP" and node.node_tree and SCRIPT_NODE in node.node_tree.nodes:
+            return node.node_tree.nodes[SCRIPT_NODE]
+    raise ShaderError(
+        f"material {material.name!r} has no {GROUP_NAME} node any more; import it again"
+    )
+
+
+def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
+    group = bpy.data.node_groups.new(GROUP_NAME, "ShaderNodeTree")
+    interface = group.interface
+    interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    diffuse = interface.new_socket("Diffuse", in_out="INPUT", socket_type="NodeSocketColor")
+    diffuse.default_value = (*(np.pi * model.diffuse), 1.0)
+    diffuse.description = "Colour of the diffuse reflection, as fitted"
+    for name in LOBE_SOCKETS:
+        scale = interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketColor")
+        scale.default_value = WHITE
+        scale.description = "Multiplies this specular lobe; white is as measured"
+    normal = interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
+    normal.hide_value = True
+
+    script = group.nodes.new("ShaderNodeScript")
+    script.name = script.label = SCRIPT_NODE
+    script.width = 220
+    entry = group.nodes.new("NodeGroupInput")
+    entry.location = (-300, 0)
+    exit_ = group.nodes.new("NodeGroupOutput")
+    exit_.location = (320, 0)
+    return group
+
+
+def _link_group(group: bpy.types.ShaderNodeTree) -> None:
+    """Connect the Script node, whose sockets exist only once it is compiled."""
+    nodes = {node.bl_idname: node for node in group.nodes}
+    entry, exit_ = nodes["NodeGroupInput"], nodes["NodeGroupOutput"]
+    script = group.nodes[SCRIPT_NODE]
+    for name in ("Diffuse", *LOBE_SOCKETS, "Normal"):
+        group.links.new(entry.outputs[name], script.inputs[name])
+    group.links.new(script.outputs["BSDF"], exit_.inputs["BSDF"])
+    for socket in (*script.inputs, *script.outputs):
+        socket.hide = not socket.is_linked
+
+
+def _new_material(
+    fitted: FittedMaterial, group: bpy.types.ShaderNodeTree, sampling: str
+) -> bpy.types.Material:
+    material = bpy.data.materials.new(fitted.name)
+    if material.node_tree is None:  # before Blender 5.0
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = group
+    node.name = node.label = GROUP_NAME
+    node.width = 200
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.location = (320, 0)
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+
+    settings = material.nfm
+    # before `parameters`: without them its update callback leaves the new shader alone
+    settings.sampling = sampling
+    settings.parameters = parameter_file.dumps(fitted)
+    settings.model = parameter_file.MODEL
+    if fitted.source:
+        settings.source = fitted.source.file_name
+        settings.source_format = fitted.source.format
+    for name in ("objective", "iterations", "mean_log_error", "largest_directional_albedo"):
+        if isinstance(fitted.fit.get(name), (int, float)):
+            setattr(settings, name, fitted.fit[name])
+    return material

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators, one to a module."""
+
+from bpy.utils import register_submodule_factory
+
+register, unregister = register_submodule_factory(__name__, ("import_measurement",))

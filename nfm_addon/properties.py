@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""material.nfm: what the add-on knows of a material. Documented API for scripts.
+
+Everything but `sampling` is written by the add-on and read by everyone. It is stored in the .blend,
+so a material can be edited where its measured file is not at hand.
+"""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.utils import register_classes_factory
+
+from ..fitter.errors import NfmError
+
+SAMPLING_ITEMS = (
+    (
+        "REFERENCE",
+        "Reference",
+        "Importance sampling of the factors, unbiased; blind to lamps: small lights are noisy and "
+        "lights of zero radius are not seen",
+    ),
+    (
+        "COSINE",
+        "Cosine",
+        "Directions in proportion to the cosine, for comparison: slow to converge on anything "
+        "glossy",
+    ),
+)
+
+
+def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
+    from . import material
+
+    if not settings.parameters:
+        return
+    try:
+        material.update_shader(settings.id_data)
+    except NfmError as error:
+        # an update callback cannot report; the shader stays as it was
+        print(f"nfm: {error}")  # noqa: T201
+
+
+class NFM_PG_material(bpy.types.PropertyGroup):
+    """The type of material.nfm."""
+
+    parameters: StringProperty(
+        name="Parameters",
+        description="The fitted model as the text of an .nfm.json file; empty for other materials",
+        options={"HIDDEN"},
+    )
+    source: StringProperty(
+        name="Source", description="Name of the measured file, without its folder"
+    )
+    source_format: StringProperty(name="Format", description="Format of the measured file")
+    model: StringProperty(name="Model", description="Kind of factor model, such as shared3")
+    objective: FloatProperty(
+        name="Objective",
+        description="Weighted squared error of the fit relative to the data (Peng et al. 2017, "
+        "eq. 2)",
+        precision=6,
+    )
+    iterations: IntProperty(name="Iterations", description="Steps of the fit")
+    mean_log_error: FloatProperty(
+        name="Mean Log Error",
+        description="Mean of |log(fit / data)| over all measured bins, weighted by solid angle",
+        precision=4,
+    )
+    largest_directional_albedo: FloatProperty(
+        name="Largest Albedo",
+        description="The largest share of incoming light that is reflected, over view angles and "
+        "channels; above 1 the material creates light",
+        precision=4,
+    )
+    sampling: EnumProperty(
+        name="Sampling",
+        description="How Cycles samples the material",
+        items=SAMPLING_ITEMS,
+        default="REFERENCE",
+        update=_sampling_changed,
+    )
+
+
+_register_classes, _unregister_classes = register_classes_factory((NFM_PG_material,))
+
+
+def register() -> None:
+    _register_classes()
+    bpy.types.Material.nfm = PointerProperty(type=NFM_PG_material)
+
+
+def unregister() -> None:
+    del bpy.types.Material.nfm
+    _unregister_classes()

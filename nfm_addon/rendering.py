@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a scene of our own to a file, and nothing else: other scenes are not touched."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+from ..fitter.errors import NfmError, shown_name
+
+FORMATS = {".exr": "OPEN_EXR", ".png": "PNG"}
+
+
+def render_settings(
+    scene: bpy.types.Scene, width: int, height: int, samples: int, seed: int
+) -> None:
+    """Cycles with OSL on the CPU, the plain estimator: no denoising, clamping or adaptivity."""
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    scene.render.film_transparent = False
+    scene.view_settings.view_transform = "Standard"
+    cycles = scene.cycles
+    cycles.device = "CPU"
+    cycles.shading_system = True
+    cycles.samples, cycles.seed = samples, seed
+    cycles.use_adaptive_sampling = False
+    cycles.use_denoising = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.blur_glossy = 0
+    cycles.caustics_reflective = cycles.caustics_refractive = True
+    cycles.pixel_filter_type = "BOX"
+
+
+def render_to_file(
+    scene: bpy.types.Scene, output: Path, on_progress: Callable[[float], None] | None = None
+) -> None:
+    """Render to .exr (32-bit, linear) or .png (8-bit, sRGB).
+
+    Raises
+    ------
+    NfmError
+        The suffix is neither, or the file cannot be written; an existing file is then kept.
+    """
+    name = shown_name(output)
+    file_format = FORMATS.get(output.suffix.lower())
+    if file_format is None:
+        raise NfmError(
+            f"{name}: cannot write {output.suffix or 'a file without suffix'}; use .exr or .png"
+        )
+    if not output.parent.is_dir() or not os.access(output.parent, os.W_OK):
+        raise NfmError(f"{name}: its folder does not exist or is read-only; choose another")
+    if output.is_dir():
+        raise NfmError(f"{name}: is a folder; choose a file name")
+    settings = scene.render.image_settings
+    settings.file_format = file_format
+    settings.color_mode = "RGB"
+    settings.color_depth = "32" if file_format == "OPEN_EXR" else "8"
+    if file_format == "OPEN_EXR":
+        settings.exr_codec = "ZIP"
+    # Blender writes nowhere or into a half file if it fails: render beside, then replace
+    partial = output.with_name(f".nfm-{os.getpid()}{output.suffix}")
+    scene.render.filepath = str(partial.resolve())
+    scene.render.use_file_extension = False
+    try:
+        with _quiet_console(), _progress_handler(on_progress, scene.cycles.samples):
+            bpy.ops.render.render(write_still=True, scene=scene.name)
+        if not partial.is_file():
+            raise NfmError(f"{name}: Blender wrote no picture; see its console")
+        partial.replace(output)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def _quiet_console() -> Iterator[None]:
+    """Keep Blender's own lines off standard output, which belongs to the report of a verb."""
+    sys.stdout.flush()
+    saved = os.dup(1)
+    sink = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, 1)
+    os.close(sink)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(saved, 1)
+        os.close(saved)
+
+
+@contextmanager
+def _progress_handler(on_progress: Callable[[float], None] | None, samples: int) -> Iterator[None]:
+    """Call on_progress with the share of samples, read from the statistics that Cycles shows."""
+    if on_progress is None:
+        yield
+        return
+
+    def handler(statistics: str, *_arguments: object) -> None:
+        # "... | Sample 17/64"
+        _, found, tail = str(statistics).rpartition("Sample ")
+        done = tail.partition("/")[0]
+        if found and done.isdigit():
+            on_progress(int(done) / samples)
+
+    bpy.app.handlers.render_stats.append(handler)
+    try:
+        yield
+    finally:
+        bpy.app.handlers.render_stats.remove(handler)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Script node and its Text: OSL source in, compiled bytecode in the node.
+
+Blender compiles a Script node by itself only while the scene's engine is Cycles. Here it is
+compiled explicitly with Cycles' own functions, so that importing works under any engine; the
+bytecode is stored in the node and the .blend renders without the add-on.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from .errors import ShaderError
+
+
+def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> None:
+    """Put OSL source into the node's Text (made if it has none) and compile it.
+
+    Sockets that the new source still has keep their values and links.
+
+    Raises
+    ------
+    ShaderError
+        This Blender has no OSL, or the source does not compile; the messages of the compiler are
+        on the console.
+    """
+    text = node.script
+    if text is None:
+        text = bpy.data.texts.new(name)
+        text.use_fake_user = False
+    text.from_string(source)
+    node.mode = "INTERNAL"
+    if node.script != text:
+        node.script = text
+    _compile(node)
+
+
+def _compile(node: bpy.types.ShaderNodeScript) -> None:
+    import _cycles
+
+    if not _cycles.with_osl:
+        raise ShaderError(
+            "this Blender was built without Open Shading Language and cannot render measured "
+            "materials; use a build from blender.org"
+        )
+    import oslquery
+    from cycles import osl
+
+    messages: list[str] = []
+    ok, compiled, bytecode, bytecode_hash = osl.update_internal_script(
+        lambda _level, message: messages.append(message), node.script
+    )
+    try:
+        query = oslquery.OSLQuery(compiled) if ok else None
+        if not query or not bytecode:
+            raise ShaderError(
+                f"Cycles could not compile the shader of {node.script.name!r}: "
+                f"{'; '.join(messages)}; see the console, and report it"
+            )
+        node.bytecode = bytecode
+        node.bytecode_hash = bytecode_hash
+        wanted = {osl.shader_param_ensure(node, parameter) for parameter in query.parameters}
+    finally:
+        # Cycles leaves it behind for internal scripts
+        Path(compiled).unlink(missing_ok=True)
+    for sockets in (node.inputs, node.outputs):
+        for socket in [s for s in sockets if s not in wanted]:
+            sockets.remove(socket)

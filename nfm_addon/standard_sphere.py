@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The standard scene: a unit sphere under an environment, the same for every figure we publish.
+
+Unit sphere at the origin with smooth normals; orthographic camera at (0, -4, 0) looking along +Y,
+up +Z, 2.2 units wide; world = the map in Blender's default orientation, or uniform white 1. No
+denoising, no clamping, no glossy filter: the picture is the estimator's own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from . import images
+from .rendering import render_settings
+
+CAMERA_WIDTH = 2.2
+
+# Fine enough that facets do not show: the normal between vertices is off by less than 1e-5.
+SEGMENTS, RINGS = 512, 256
+
+
+@dataclass(frozen=True)
+class SphereView:
+    """How to look at the sphere.
+
+    resolution : pixels along each side
+    samples : per pixel
+    seed : of Cycles
+    point_sampled : rays through the pixel centres instead of a box filter one pixel wide
+    environment : map for the world; None is uniform white
+    """
+
+    resolution: int = 256
+    samples: int = 64
+    seed: int = 0
+    point_sampled: bool = False
+    environment: Path | None = None
+
+
+def build_scene(material: bpy.types.Material, view: SphereView) -> bpy.types.Scene:
+    """A new scene with the sphere, camera, world and render settings.
+
+    Raises
+    ------
+    NfmError
+        The environment map cannot be read.
+    """
+    scene = bpy.data.scenes.new("NFM Standard Sphere")
+    scene.world = new_world(view.environment)
+    sphere = bpy.data.objects.new("Sphere", _sphere_mesh())
+    sphere.data.materials.append(material)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type = "ORTHO"
+    camera.data.ortho_scale = CAMERA_WIDTH
+    camera.location = (0, -4, 0)
+    camera.rotation_euler = (math.pi / 2, 0, 0)
+    for item in (sphere, camera):
+        scene.collection.objects.link(item)
+    scene.camera = camera
+    render_settings(scene, view.resolution, view.resolution, view.samples, view.seed)
+    if view.point_sampled:
+        scene.cycles.pixel_filter_type = "GAUSSIAN"  # Cycles ignores the width of a box
+        scene.cycles.filter_width = 0.01
+    # Cycles turns rays within half a degree of the horizon away from it, to soften bump maps.
+    # There is no bump map here, and the picture is meant to be exact.
+    material.cycles.use_bump_map_correction = False
+    return scene
+
+
+def new_world(environment: Path | None) -> bpy.types.World:
+    """A world of strength 1: the map, or uniform white."""
+    image = environment and images.load_environment(environment)
+    world = bpy.data.worlds.new("NFM World")
+    if world.node_tree is None:  # before Blender 5.0
+        world.use_nodes = True
+    tree = world.node_tree
+    tree.nodes.clear()
+    background = tree.nodes.new("ShaderNodeBackground")
+    background.inputs["Color"].default_value = (1, 1, 1, 1)
+    background.inputs["Strength"].default_value = 1
+    output = tree.nodes.new("ShaderNodeOutputWorld")
+    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    if image:
+        texture = tree.nodes.new("ShaderNodeTexEnvironment")
+        texture.image = image
+        tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    return world
+
+
+def _sphere_mesh() -> bpy.types.Mesh:
+    import bmesh
+
+    mesh = bpy.data.meshes.new("Sphere")
+    build = bmesh.new()
+    bmesh.ops.create_uvsphere(build, u_segments=SEGMENTS, v_segments=RINGS, radius=1)
+    for face in build.faces:
+        face.smooth = True
+    build.to_mesh(mesh)
+    build.free()
+    return mesh
