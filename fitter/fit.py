@@ -4,7 +4,7 @@
 Three stages, each on the objective of `problem`:
 
 1. explore: from every start, some sweeps of alternating weighted least squares (the paper's
-   method) and a few joint steps, on a third of the phi_d samples;
+   method) and a few joint steps, on a fifth of the phi_d samples;
 2. refine: the best of them continues, joint steps with a sweep in between (which revives numbers
    that are zero and re-solves what is linear), on the same samples;
 3. polish: on all samples with finer angle bins, then the Gaussian filter over G that the paper
@@ -43,7 +43,7 @@ REFINE_JOINT_STEPS = 8
 POLISH_JOINT_STEPS = 3
 
 # Neighbouring phi_d bins that share a sample before the polish, and angle bins of each stage.
-COARSE_PHI_GROUP = 3
+COARSE_PHI_GROUP = 5
 COARSE_ANGLES = 360
 POLISH_ANGLES = 720
 
@@ -100,7 +100,7 @@ def fit_steps(measurement: Measurement, *, weight: str = DEFAULT_WEIGHT) -> Iter
     """
     explore_count = len(STARTS) * (EXPLORE_SWEEPS + EXPLORE_JOINT_STEPS)
     refine_count = REFINE_ROUNDS * (REFINE_JOINT_STEPS + 1)
-    # a polish step sees three times the samples
+    # a polish step sees five times the samples, and takes about three times as long
     polish_count = 3 * (POLISH_JOINT_STEPS + 1)
     total = explore_count + refine_count + polish_count
 

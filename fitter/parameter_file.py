@@ -75,7 +75,10 @@ def dumps(material: FittedMaterial) -> str:
         and {"file": source.file_name, "format": source.format, "sha256": source.sha256},
         "fit": material.fit,
     }
-    lines = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
+    lines = [
+        f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}"
+        for key, value in document.items()
+    ]
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
@@ -96,9 +99,10 @@ def loads(text: str, name: str = "parameters") -> FittedMaterial:
         raise ParameterFileError(
             f'{name}: no "format": "nfm" at the top level; choose a {SUFFIX} file'
         )
-    if document.get("version") != VERSION:
+    version = document.get("version")
+    if version != VERSION or version is True:
         raise ParameterFileError(
-            f"{name}: format version {_excerpt(document.get('version'))}, this add-on reads "
+            f"{name}: format version {_excerpt(version)}, this add-on reads "
             f"version {VERSION}; update the add-on"
         )
     for key, expected in (
@@ -223,6 +227,11 @@ def _figures(value: object, name: str) -> dict[str, float | int | str]:
         raise ParameterFileError(f'{name}: "fit" is not a short object; export it again')
     figures: dict[str, float | int | str] = {}
     for key, figure in value.items():
+        if not key.isprintable() or len(key) > MAX_STRING:
+            raise ParameterFileError(
+                f'{name}: "fit" has the name {_excerpt(key)}, expected printable names of at most '
+                f"{MAX_STRING} characters; export it again"
+            )
         if isinstance(figure, str):
             figure = _string(value, key, name)
         elif not _has_shape(figure, ()) or not abs(figure) <= MAX_NUMBER:
@@ -230,7 +239,7 @@ def _figures(value: object, name: str) -> dict[str, float | int | str]:
                 f'{name}: "fit" holds {_excerpt(figure)}, expected numbers and short strings; '
                 "export it again"
             )
-        figures[key[:MAX_STRING]] = figure
+        figures[key] = figure
     return figures
 
 
@@ -238,7 +247,8 @@ def _string(document: dict, key: str, name: str) -> str:
     value = document.get(key)
     if not isinstance(value, str) or len(value) > MAX_STRING or not _is_text(value):
         raise ParameterFileError(
-            f'{name}: "{key}" is not a string of at most {MAX_STRING} characters; export it again'
+            f'{name}: "{key[:40]}" is not a string of at most {MAX_STRING} characters; '
+            "export it again"
         )
     return value
 

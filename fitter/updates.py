@@ -41,7 +41,8 @@ def update_diffuse_and_scale(problem: Problem, moments: Moments, model: FactorMo
     right[:, n_lobes] = problem.cell_target.sum((0, 1))
     x = solve_nonnegative(matrix, right)
     scale = x[:, :n_lobes].T
-    floored = np.maximum(scale, SCALE_FLOOR * scale.max())
+    # where the data wants none of the lobes as they are, the floor comes from what they had
+    floored = np.maximum(scale, SCALE_FLOOR * (scale.max() or model.scale.max()))
     return _better(problem, moments, model, replace(model, scale=floored, diffuse=x[:, n_lobes]))
 
 

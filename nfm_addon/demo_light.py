@@ -7,22 +7,26 @@ import numpy as np
 
 WIDTH, HEIGHT = 512, 256
 
-# azimuth, elevation (degrees; azimuth 0 is behind the camera), half width, half height, radiance
+# In Blender's default orientation the column at three quarters of the width lies along -Y, where
+# the camera of the standard sphere stands.
+CAMERA_COLUMN = 0.75
+
+# Azimuth from the camera towards its right, elevation, half width, half height in degrees;
+# radiance. Two boxes face the sphere, one is behind it for the rim, one lights from above.
 SOFT_BOXES = (
-    (-55, 35, 22, 18, (16.0, 14.5, 13.0)),
-    (60, 15, 8, 32, (5.0, 6.0, 8.0)),
-    (165, 50, 30, 10, (9.0, 9.0, 9.0)),
-    (-140, 5, 6, 40, (7.0, 5.5, 4.0)),
+    (-48, 38, 20, 16, (14.0, 13.0, 12.0)),
+    (58, 8, 7, 34, (4.0, 5.0, 7.0)),
+    (150, 25, 14, 30, (8.0, 8.0, 8.0)),
+    (20, 78, 40, 8, (3.0, 3.0, 3.2)),
 )
 
 
 def studio() -> np.ndarray:
     """Radiance (256, 512, 3), top row first, in Blender's equirectangular orientation."""
-    # Blender: the image's centre column is direction -Y... +Y lies at the seam; see the camera,
-    # which stands at -Y and sees the light from behind it reflected in the middle of the sphere
-    azimuth = (np.arange(WIDTH) + 0.5) / WIDTH * 360 - 180
-    elevation = 90 - (np.arange(HEIGHT) + 0.5) / HEIGHT * 180
-    azimuth, elevation = np.meshgrid(azimuth, elevation)
+    column = (np.arange(WIDTH) + 0.5) / WIDTH
+    azimuth, elevation = np.meshgrid(
+        (CAMERA_COLUMN - column) * 360, 90 - (np.arange(HEIGHT) + 0.5) / HEIGHT * 180
+    )
     height = (elevation[..., None] + 90) / 180
     radiance = 0.06 + 0.25 * height**2 * np.array([0.8, 0.9, 1.0])
     for centre, middle, half_width, half_height, color in SOFT_BOXES:

@@ -101,6 +101,14 @@ def _squares_mesh(side: int, wi: np.ndarray, wo: np.ndarray) -> bpy.types.Mesh:
 
 
 def _remove_scene(scene: bpy.types.Scene) -> None:
-    """Remove a scene of ours with everything that only it uses."""
-    bpy.data.scenes.remove(scene)
-    bpy.data.orphans_purge(do_local_ids=True, do_linked_ids=False, do_recursive=True)
+    """Remove a scene of ours and what was made for it; the user's own unused data stays."""
+    objects = list(scene.objects)
+    meshes_and_cameras = [item.data for item in objects]
+    materials = [slot.material for item in objects for slot in item.material_slots]
+    texts = [
+        node.script
+        for material in materials
+        for node in material.node_tree.nodes
+        if node.type == "SCRIPT"
+    ]
+    bpy.data.batch_remove([scene, *objects, *meshes_and_cameras, *materials, *texts])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from . import images
 from .rendering import render_settings
@@ -92,13 +93,24 @@ def new_world(environment: Path | None) -> bpy.types.World:
 
 
 def _sphere_mesh() -> bpy.types.Mesh:
-    import bmesh
-
+    """Longitude-latitude sphere with smooth normals, poles at +-Z."""
+    theta = np.arange(1, RINGS) / RINGS * np.pi
+    phi = np.arange(SEGMENTS) / SEGMENTS * 2 * np.pi
+    theta, phi = theta[:, None], phi[None, :]
+    rings = np.stack(
+        np.broadcast_arrays(
+            np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
+        ),
+        -1,
+    ).reshape(-1, 3)
+    top, bottom = len(rings), len(rings) + 1
+    corner = np.arange(len(rings)).reshape(RINGS - 1, SEGMENTS)
+    beside = np.roll(corner, -1, axis=1)
+    quads = np.stack([corner[:-1], corner[1:], beside[1:], beside[:-1]], -1).reshape(-1, 4)
+    caps = [(top, a, b) for a, b in zip(corner[0], beside[0], strict=True)]
+    caps += [(bottom, b, a) for a, b in zip(corner[-1], beside[-1], strict=True)]
     mesh = bpy.data.meshes.new("Sphere")
-    build = bmesh.new()
-    bmesh.ops.create_uvsphere(build, u_segments=SEGMENTS, v_segments=RINGS, radius=1)
-    for face in build.faces:
-        face.smooth = True
-    build.to_mesh(mesh)
-    build.free()
+    vertices = [*rings.tolist(), (0, 0, 1), (0, 0, -1)]
+    mesh.from_pydata(vertices, [], [*quads.tolist(), *caps])
+    mesh.shade_smooth()
     return mesh

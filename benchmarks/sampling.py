@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Error of cosine against reference sampling at equal samples (Peng et al. 2017, fig. 2).
+
+The standard sphere in Grace Cathedral, as ./nfm render makes it. Mean squared error over the
+sphere's pixels, linear, against a converged picture (reference sampling, other seeds). Both
+samplings are run with one candidate per shading point and with their defaults.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from fitter import fit_file
+from runner.blender import load_extension
+
+from . import shared_data
+
+MATERIALS = ("red-metallic-paint", "red-specular-plastic", "black-obsidian")
+TARGET = 32
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ./nfm bench sampling."""
+    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--resolution", type=int, default=96)
+    parser.add_argument("--samples", type=int, default=128)
+    parser.add_argument("--converged-samples", type=int, default=16384)
+    parser.add_argument("--seeds", type=int, default=4)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Render, compare and print; returns 1 if a ratio is below the target."""
+    shared_data.require_shared()
+    addon = load_extension().__name__ + ".nfm_addon"
+    material = import_module(f"{addon}.material")
+    print(
+        f"{'material':<24}{'candidates':>11}{'MSE reference':>15}{'MSE cosine':>12}{'ratio':>8}"
+        f"{'s ref':>8}{'s cos':>8}"
+    )
+    missed = 0
+    for name in arguments.materials.split(","):
+        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
+            measured = Path(folder, f"{name}.binary")
+            shared_data.write_material(name, measured)
+            fitted = fit_file.material_from_file(measured)
+        surface = {s: material.build(fitted, s.upper()) for s in ("reference", "cosine")}
+        render = Renderer(addon, arguments.resolution)
+        converged = render(surface["reference"], arguments.converged_samples, seed=1000)
+        for label, candidates in (("1 / 1", 1), ("default", None)):
+            mse, seconds = {}, {}
+            for sampling, new in surface.items():
+                default = material.find_script_node(new).inputs["Candidates"]
+                kept = default.default_value
+                if candidates:
+                    default.default_value = candidates
+                start = time.perf_counter()
+                errors = [
+                    np.mean((render(new, arguments.samples, seed) - converged) ** 2)
+                    for seed in range(arguments.seeds)
+                ]
+                seconds[sampling] = (time.perf_counter() - start) / arguments.seeds
+                mse[sampling] = float(np.mean(errors))
+                default.default_value = kept
+            ratio = mse["cosine"] / mse["reference"]
+            missed += ratio < TARGET
+            print(
+                f"{name:<24}{label:>11}{mse['reference']:15.3e}{mse['cosine']:12.3e}"
+                f"{ratio:8.0f}{seconds['reference']:8.1f}{seconds['cosine']:8.1f}",
+                flush=True,
+            )
+    print(f"target: at least {TARGET}; missed {missed} times")
+    return 1 if missed else 0
+
+
+class Renderer:
+    """Renders the standard sphere in Grace to pixels (n, 3) of the sphere's inside."""
+
+    def __init__(self, addon: str, resolution: int) -> None:
+        self._sphere = import_module(f"{addon}.standard_sphere")
+        self._rendering = import_module(f"{addon}.rendering")
+        self._images = import_module(f"{addon}.images")
+        self._resolution = resolution
+        axis = ((np.arange(resolution) + 0.5) / resolution - 0.5) * self._sphere.CAMERA_WIDTH
+        self._inside = np.hypot(axis[:, None], axis[None, :]) < 0.98
+
+    def __call__(self, material: object, samples: int, seed: int) -> np.ndarray:
+        view = self._sphere.SphereView(
+            resolution=self._resolution,
+            samples=samples,
+            seed=seed,
+            environment=shared_data.GRACE,
+        )
+        scene = self._sphere.build_scene(material, view)
+        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
+            picture = Path(folder, "picture.exr")
+            self._rendering.render_to_file(scene, picture)
+            return self._images.read_linear(picture)[self._inside].astype(np.float64)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shared materials and maps beside the checkout; they are never part of the repository."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from fitter.errors import NfmError
+
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+MAKE_MERL = SHARED / "tools" / "make_merl.py"
+GRACE = SHARED / "data" / "env" / "grace_probe_latlong.hdr"
+GROVE = SHARED / "data" / "env" / "rnl_probe_latlong.hdr"
+
+
+def require_shared() -> None:
+    """Stop with a clear message where the shared folder is absent."""
+    if not MAKE_MERL.is_file():
+        raise NfmError(f"there is no {SHARED}: this benchmark needs the shared materials and maps")
+
+
+@cache
+def material_names() -> tuple[str, ...]:
+    """Names of the Neural-BRDF fits of MERL materials, in the order of the file."""
+    with np.load(SHARED / "data" / "merl_fits" / "nbrdf.npz") as weights:
+        return tuple(sorted({key.split("/")[0] for key in weights.files}))
+
+
+def write_material(name: str, path: Path) -> None:
+    """Write one of them as a MERL .binary file."""
+    subprocess.run(
+        [sys.executable, str(MAKE_MERL), str(path), "--nbrdf", name],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )

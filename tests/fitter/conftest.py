@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Data that the tests of the fitter share."""
+
+import numpy as np
+import pytest
+
+from fitter import fit, geometry, metrics, splines, synthetic
+from fitter.measurement import BinReport, Measurement, Source
+from fitter.model import FactorModel
+from fitter.problem import Problem
+
+
+def smith_masking(theta, alpha):
+    cos, sin = np.cos(theta), np.sin(theta)
+    return 2 * cos / (cos + np.sqrt(cos**2 + (alpha * sin) ** 2))
+
+
+@pytest.fixture(scope="session")
+def ggx():
+    """D of the GGX distribution at the nodes of theta_h: (90,)."""
+
+    def evaluate(alpha):
+        cos2 = np.cos(geometry.theta_h_centres()) ** 2
+        return alpha**2 / (np.pi * (cos2 * (alpha**2 - 1) + 1) ** 2)
+
+    return evaluate
+
+
+@pytest.fixture(scope="session")
+def planted(ggx):
+    """A plausible material that the model holds exactly: three coloured lobes on a dark base."""
+    f0 = np.array([0.9, 0.6, 0.4])[:, None]
+    nodes = splines.masking_nodes()
+    return FactorModel(
+        diffuse=np.array([0.02, 0.03, 0.05]),
+        scale=np.array([[0.30, 0.25, 0.20], [0.30, 0.35, 0.25], [0.20, 0.25, 0.35]]) / 4,
+        ndf=np.stack([ggx(alpha) for alpha in (0.06, 0.2, 0.5)]),
+        masking=np.stack([smith_masking(nodes, alpha) for alpha in (0.1, 0.25, 0.6)]),
+        fresnel=f0 + (1 - f0) * (1 - np.cos(geometry.theta_d_centres())) ** 5,
+    ).normalized()
+
+
+@pytest.fixture(scope="session")
+def random_model():
+    """Unrelated random factors, no zeros, not in the gauge."""
+
+    def make(seed):
+        rng = np.random.default_rng(seed)
+        return FactorModel(
+            diffuse=rng.uniform(0.01, 0.1, 3),
+            scale=rng.uniform(0.1, 2, (3, 3)),
+            ndf=rng.uniform(0.1, 3, (3, 90)),
+            masking=rng.uniform(0.3, 1.5, (3, 90)) * (np.cos(splines.masking_nodes()) + 0.01),
+            fresnel=rng.uniform(0.2, 2, (3, 90)),
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_measurement():
+    """Measurement of a table (90, 90, 180, 3); bins outside `valid` count as negative."""
+
+    def make(f_r, valid=None):
+        above = geometry.merl_bins().above_horizon
+        valid = above if valid is None else valid & above
+        missing = int((above & ~valid).sum())
+        return Measurement(
+            f_r=np.where(valid[..., None], f_r, 0),
+            valid=valid,
+            source=Source("planted.binary", "merl", "0" * 64),
+            report=BinReport(valid.size, int((~above).sum()), missing, 0),
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def planted_measurement(planted, make_measurement):
+    return make_measurement(metrics.tabulate(planted))
+
+
+@pytest.fixture(scope="session")
+def two_lobes(make_measurement):
+    """A clear coat over flakes and a diffuse base."""
+    return make_measurement(*synthetic.tabulate(synthetic.SAMPLES["copper-paint"]))
+
+
+@pytest.fixture(scope="session")
+def coarse(two_lobes):
+    """A problem on which everything takes milliseconds."""
+    return Problem(two_lobes, phi_group=9, n_angles=120)
+
+
+@pytest.fixture(scope="session")
+def tiny(two_lobes):
+    """The smallest problem there is."""
+    return Problem(two_lobes, phi_group=45, n_angles=60)
+
+
+@pytest.fixture(scope="session")
+def two_lobe_steps(two_lobes):
+    """A whole fit."""
+    return list(fit.fit_steps(two_lobes))
+
+
+@pytest.fixture(scope="session")
+def planted_steps(planted_measurement):
+    """A whole fit."""
+    return list(fit.fit_steps(planted_measurement))
+
+
+@pytest.fixture
+def short_fit(monkeypatch):
+    """Fits that run through every stage but take a step or two in each."""
+    for name in ("EXPLORE_SWEEPS", "EXPLORE_JOINT_STEPS", "REFINE_ROUNDS", "REFINE_JOINT_STEPS"):
+        monkeypatch.setattr(fit, name, 1)
+    monkeypatch.setattr(fit, "POLISH_JOINT_STEPS", 1)
+    monkeypatch.setattr(fit, "COARSE_PHI_GROUP", 9)
+    monkeypatch.setattr(fit, "COARSE_ANGLES", 120)
+    monkeypatch.setattr(fit, "POLISH_ANGLES", 180)
+
+
+@pytest.fixture(scope="session")
+def upper_directions():
+    """n random unit directions above the horizon; every fourth is grazing, down to cos 1e-9."""
+
+    def make(rng, n):
+        z = rng.random(n)
+        z[::4] = 10 ** rng.uniform(-9, -2, len(z[::4]))
+        phi = rng.uniform(0, 2 * np.pi, n)
+        sin = np.sqrt(1 - z * z)
+        return np.stack([sin * np.cos(phi), sin * np.sin(phi), z], -1)
+
+    return make

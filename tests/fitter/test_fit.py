@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fitter import fit, geometry, metrics, parameter_file, sphere, synthetic
+from fitter.parameter_file import FittedMaterial
+from fitter.problem import Problem
+
+FACTORS = ("diffuse", "scale", "ndf", "masking", "fresnel")
+
+
+def stages(steps):
+    """Objectives of each stage, in order."""
+    found = {}
+    for step in steps:
+        found.setdefault(step.stage, []).append(step.objective)
+    return found
+
+
+def table_psnr(table, measurement):
+    """PSNR in dB of (f cos_i cos_o)^(1/2.2) over valid bins by measure; mean 0.3, peak 1."""
+    bins = geometry.merl_bins()
+    valid = measurement.valid
+    cosines = np.where(valid, bins.cos_i * bins.cos_o, 0)[..., None]
+    weight = np.where(valid, geometry.merl_solid_angle()[:, :, None], 0)[..., None] / 3
+    weight = weight / (3 * weight.sum())
+    value, reference = table * cosines, measurement.f_r * cosines
+    exposure = 0.3 / (reference * weight).sum()
+    shown, expected = (np.clip(x * exposure, 0, 1) ** (1 / 2.2) for x in (value, reference))
+    return -10 * np.log10((weight * (shown - expected) ** 2).sum())
+
+
+def lamps():
+    """An environment (64, 128, 3): a sky that darkens downwards and a few bright soft lamps."""
+    theta = ((np.arange(64) + 0.5) / 64 * np.pi)[:, None]
+    phi = (np.arange(128) + 0.5) / 128 * 2 * np.pi
+    sky = 0.3 + 0.7 * (1 + np.cos(theta)) / 2
+    image = np.repeat(sky[:, :, None], 128, axis=1) * np.array([0.6, 0.8, 1.0])
+    for at_theta, at_phi, width, color in (
+        (0.9, 1.6, 0.12, (40, 36, 30)),
+        (1.3, 4.5, 0.20, (10, 14, 20)),
+        (0.5, 0.3, 0.30, (8, 8, 6)),
+        (1.2, 2.6, 0.08, (60, 50, 40)),
+    ):
+        cos = np.cos(theta) * np.cos(at_theta) + np.sin(theta) * np.sin(at_theta) * np.cos(
+            phi - at_phi
+        )
+        image += np.exp((cos - 1) / (width**2 / 2))[..., None] * np.array(color)
+    return image
+
+
+@pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
+def test_objective_never_rises_within_a_stage(request, fixture):
+    found = stages(request.getfixturevalue(fixture))
+    assert list(found) == ["explore 1", "explore 2", "explore 3", "refine", "polish"]
+    for stage, objectives in found.items():
+        assert len(objectives) > 1, stage
+        for before, after in pairwise(objectives):
+            assert after <= before * (1 + 1e-12), stage
+    # refining continues the best start, on the same samples
+    best = min(found[f"explore {n}"][-1] for n in (1, 2, 3))
+    assert found["refine"][0] <= best * (1 + 1e-12)
+    assert found["refine"][-1] < 0.9 * best
+
+
+def test_objective_is_that_of_the_model(two_lobes, two_lobe_steps):
+    problem = Problem(two_lobes, n_angles=fit.POLISH_ANGLES)
+    last = two_lobe_steps[-1]
+    assert problem.objective_of(last.model) == pytest.approx(last.objective, rel=1e-9)
+    result = fit.result_of(last, 7, "display-gamma")
+    assert problem.objective_of(result.model) == pytest.approx(last.objective, rel=1e-9)
+    assert (result.iterations, result.weight) == (7, "display-gamma")
+
+
+@pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
+def test_progress_runs_from_0_to_1(request, fixture):
+    progress = [step.progress for step in request.getfixturevalue(fixture)]
+    assert progress[0] == 0
+    assert 0.9 < progress[-1] <= 1
+    assert (np.diff(progress) >= 0).all()
+
+
+def test_every_step_is_in_the_gauge(two_lobe_steps):
+    for step in two_lobe_steps:
+        model = step.model
+        for name in FACTORS:
+            assert np.isfinite(getattr(model, name)).all()
+            assert (getattr(model, name) >= 0).all()
+        for name in ("ndf", "masking", "fresnel"):
+            np.testing.assert_allclose(getattr(model, name).max(1), 1, rtol=1e-14)
+
+
+def test_lobes_of_the_result_run_from_narrow_to_wide(two_lobe_steps):
+    result = fit.result_of(two_lobe_steps[-1], 1, "display-gamma")
+    centres = geometry.theta_h_centres()
+    weight = result.model.ndf * np.sin(2 * centres) * np.sqrt(centres)
+    width = (weight * np.sqrt(centres)).sum(1) / weight.sum(1)
+    assert (np.diff(width) > 0).all()
+
+
+def test_two_lobes_are_fitted(two_lobes, two_lobe_steps):
+    assert two_lobe_steps[-1].objective < 1e-4
+    table = metrics.tabulate(two_lobe_steps[-1].model)
+    assert metrics.mean_log_error(table, two_lobes) < 0.02
+
+
+def test_planted_model_is_recovered(planted_measurement, planted_steps):
+    table = metrics.tabulate(planted_steps[-1].model)
+    assert table_psnr(table, planted_measurement) >= 70
+
+
+def test_planted_model_looks_the_same(planted_measurement, planted_steps):
+    table = metrics.tabulate(planted_steps[-1].model)
+    scene = sphere.SphereScene([lamps()])
+    reference = scene.render(planted_measurement.f_r)
+    assert sphere.rendered_psnr(scene.render(table), reference)[0] >= 70
+
+
+def test_noise_and_missing_bins(short_fit, make_measurement):
+    """Two fits of the same data, which is as bad as a real measurement, give the same bytes."""
+    rng = np.random.default_rng(0)
+    f_r, valid = synthetic.tabulate(synthetic.SAMPLES["copper-paint"], 0.05, rng)
+    measurement = make_measurement(f_r, valid & (rng.random(valid.shape) > 0.02))
+    result = fit.fit(measurement)
+    assert np.isfinite(result.objective)
+    assert result.objective < 0.1
+    for name in FACTORS:
+        assert np.isfinite(getattr(result.model, name)).all()
+    steps = list(fit.fit_steps(measurement))
+    again = fit.result_of(steps[-1], len(steps), "display-gamma")
+    assert again.iterations == result.iterations
+    first, second = (
+        parameter_file.dumps(FittedMaterial("x", r.model, fit={"objective": r.objective}))
+        for r in (result, again)
+    )
+    assert first.encode() == second.encode()
+
+
+def test_other_weight(short_fit, two_lobes):
+    result = fit.fit(two_lobes, weight="log")
+    assert result.weight == "log"
+    problem = Problem(two_lobes, weight="log", n_angles=fit.POLISH_ANGLES)
+    assert problem.objective_of(result.model) == pytest.approx(result.objective, rel=1e-9)
+
+
+def test_black_material(short_fit, make_measurement):
+    result = fit.fit(make_measurement(np.full((90, 90, 180, 3), 1e-9)))
+    assert all(np.isfinite(getattr(result.model, name)).all() for name in FACTORS)
+
+
+def test_sweep_can_hold_the_lobes(coarse, random_model):
+    start = random_model(0)
+    held = fit.sweep(coarse, start, hold_lobes=True).normalized()
+    np.testing.assert_allclose(held.ndf, start.normalized().ndf, rtol=1e-12)
+    free = fit.sweep(coarse, start)
+    assert np.abs(free.ndf - start.normalized().ndf).max() > 0.01
+    # this start suits the data so badly that without its lobes the objective is lower
+    assert (free.scale > 0).all()
+    for model in (held, free):
+        assert coarse.objective_of(model) < coarse.objective_of(start)
+
+
+# --- the Gaussian filter over G ---
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.7, 2.0])
+def test_filter_keeps_constants(sigma):
+    got = fit.gaussian_filtered(np.full((2, 90), 0.4), sigma)
+    np.testing.assert_allclose(got, 0.4, rtol=1e-14)
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.7, 2.0])
+def test_filter_keeps_straight_lines_away_from_the_mirror(sigma):
+    line = 1 - np.arange(90) / 200
+    got = fit.gaussian_filtered(line[None], sigma)[0]
+    reach = int(np.ceil(4 * sigma))
+    np.testing.assert_allclose(got[reach:], line[reach:], rtol=1e-13)
+
+
+def test_filter_of_a_point_is_the_gaussian():
+    point = np.zeros((1, 90))
+    point[0, 40] = 1
+    got = fit.gaussian_filtered(point, 0.7)[0]
+    assert got.sum() == pytest.approx(1, rel=1e-13)
+    offsets = np.arange(90) - 40
+    expected = np.exp(-0.5 * (offsets / 0.7) ** 2)
+    np.testing.assert_allclose(got, expected / expected.sum(), atol=2e-5)
+
+
+def test_filter_mirrors_at_the_normal():
+    rng = np.random.default_rng(0)
+    curve = rng.random(90)
+    even = np.concatenate([curve[:0:-1], curve])[None]  # the same curve on both sides of 0
+    got = fit.gaussian_filtered(curve[None], 0.7)[0]
+    expected = fit.gaussian_filtered(even, 0.7)[0, 89:]
+    np.testing.assert_allclose(got, expected, rtol=1e-13)
+
+
+def test_filter_is_never_negative():
+    falling = np.concatenate([np.zeros(88), [1.0, 0.0]])[None]
+    assert fit.gaussian_filtered(falling, 0.7).min() == 0

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import pytest
+
+from fitter import fit_file, metrics, parameter_file
+from fitter.errors import MeasurementError, ParameterFileError
+from fitter.fit_file import is_parameter_file, material_from_file, material_name
+from fitter.parameter_file import FittedMaterial
+
+
+def test_fit_and_grade(short_fit, two_lobes):
+    steps = []
+    material = fit_file.fit_measurement(two_lobes, weight="log", on_step=steps.append)
+    assert material.name == "planted"
+    assert material.source == two_lobes.source
+    figures = material.fit
+    assert figures["iterations"] == len(steps) > 5
+    assert figures["objective"] == steps[-1].objective
+    assert figures["weight"] == "log"
+    error = metrics.mean_log_error(metrics.tabulate(material.model), two_lobes)
+    assert figures["mean_log_error"] == pytest.approx(error, rel=1e-9)
+    assert 0.05 < figures["largest_directional_albedo"] < 2
+    assert figures["bins_usable"] == two_lobes.valid.sum()
+    assert figures["bins_below_horizon"] == (~two_lobes.valid).sum()
+    assert figures["bins_negative"] == figures["bins_not_finite"] == 0
+    # and what was found can be stored
+    assert parameter_file.loads(parameter_file.dumps(material)).fit == figures
+
+
+def test_on_step_may_stop_the_fit(short_fit, two_lobes):
+    def stop(step):
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        fit_file.fit_measurement(two_lobes, on_step=stop)
+
+
+def test_parameter_files_are_loaded_whatever_they_are_called(tmp_path, random_model):
+    path = tmp_path / "gold.binary"
+    parameter_file.save(path, FittedMaterial("gold", random_model(0)))
+    assert is_parameter_file(path)
+    assert material_from_file(path).name == "gold"
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"{", True),
+        (b"\xef\xbb\xbf {", True),
+        (b" \r\n\t{}", True),
+        (b"", False),
+        (b"Z\0\0\0", False),
+    ],
+)
+def test_content_decides(tmp_path, content, expected):
+    path = tmp_path / "a.nfm.json"
+    path.write_bytes(content)
+    assert is_parameter_file(path) is expected
+
+
+def test_missing_files_are_reported_by_their_reader(tmp_path):
+    with pytest.raises(ParameterFileError, match=r"a\.nfm\.json"):
+        material_from_file(tmp_path / "a.nfm.json")
+    with pytest.raises(MeasurementError, match=r"a\.binary"):
+        material_from_file(tmp_path / "a.binary")
+    with pytest.raises(MeasurementError):
+        material_from_file(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("file_name", "expected"),
+    [
+        ("gold.binary", "gold"),
+        ("/a/b/red.metal.binary", "red.metal"),
+        ("gold.nfm.json", "gold"),
+        ("GOLD.NFM.JSON", "GOLD"),
+        ("gold", "gold"),
+        (".binary", ".binary"),
+        ("x" * 100 + ".binary", "x" * 60),
+        ("a\nb.binary", r"a\nb"),
+    ],
+)
+def test_material_name(file_name, expected):
+    assert material_name(file_name) == expected

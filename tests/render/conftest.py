@@ -1,0 +1,43 @@
+"""Rendering of factor models, for the tests of this folder."""
+
+import importlib
+
+import pytest
+
+from fitter.parameter_file import FittedMaterial
+
+
+@pytest.fixture
+def addon(extension, blender):
+    """Import a module of the add-on as Blender sees it: addon("material")."""
+
+    def load(name):
+        return importlib.import_module(f"{extension.__name__}.nfm_addon.{name}")
+
+    return load
+
+
+@pytest.fixture
+def new_material(addon):
+    """Material of a factor model."""
+
+    def build(model, sampling="REFERENCE", candidates=None):
+        module = addon("material")
+        material = module.build(FittedMaterial("test", model), sampling)
+        if candidates:
+            module.find_script_node(material).inputs["Candidates"].default_value = candidates
+        return material
+
+    return build
+
+
+@pytest.fixture
+def render(addon, tmp_path):
+    """Pixels (h, w, 3) of a scene."""
+
+    def run(scene):
+        path = tmp_path / "picture.exr"
+        addon("rendering").render_to_file(scene, path)
+        return addon("images").read_linear(path).astype(float)
+
+    return run

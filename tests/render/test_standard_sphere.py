@@ -1,0 +1,100 @@
+"""The picture of the standard sphere is that of an independent estimator of the same model."""
+
+import numpy as np
+import pytest
+
+from tests.models import MODELS
+from tests.render import reference
+
+RESOLUTION, BLOCK = 64, 8
+
+
+def blocks(pixels):
+    n = RESOLUTION // BLOCK
+    return pixels.reshape(n, BLOCK, n, BLOCK, 3).mean((1, 3))
+
+
+def mean_and_error(pictures):
+    pictures = np.array([blocks(picture) for picture in pictures])
+    return pictures.mean(0), pictures.std(0, ddof=1) / np.sqrt(len(pictures))
+
+
+@pytest.mark.parametrize("name", ["plastic", "metal", "velvet"])
+def test_equals_the_numpy_reference(name, addon, new_material, render, tmp_path):
+    sphere, images = addon("standard_sphere"), addon("images")
+    light = addon("demo_light").studio()
+    environment = tmp_path / "light.exr"
+    images.write_linear(environment, light)
+    material = new_material(MODELS[name])
+    runs = 12
+    cycles = [
+        render(
+            sphere.build_scene(
+                material,
+                sphere.SphereView(
+                    resolution=RESOLUTION, samples=64, seed=seed, environment=environment
+                ),
+            )
+        )
+        for seed in range(runs)
+    ]
+    rng = np.random.default_rng(0)
+    exact = [
+        reference.render(MODELS[name], light, RESOLUTION, samples=24, rng=rng) for _ in range(runs)
+    ]
+    mean, error = mean_and_error(cycles)
+    expected, expected_error = mean_and_error(exact)
+    # 1e-3: the mesh is not quite a sphere, the light not quite bilinear
+    z = (mean - expected) / np.sqrt(error**2 + expected_error**2 + (1e-3 * expected) ** 2)
+    # 12 runs estimate the error itself to a fifth: a few more outliers than a normal law
+    assert np.abs(z).max() < 5.5
+    assert np.sqrt((z**2).mean()) < 1.35
+    assert abs(z.mean()) < 0.35
+
+
+def test_point_sampling_sees_pixel_centres(blender, addon, new_material, render):
+    """With rays through the centres, samples only average the light; the silhouette is sharp."""
+    sphere = addon("standard_sphere")
+    material = new_material(MODELS["matte"])
+    view = sphere.SphereView(resolution=32, samples=16, point_sampled=True)
+    pixels = render(sphere.build_scene(material, view))
+    axis = ((np.arange(32) + 0.5) / 32 - 0.5) * sphere.CAMERA_WIDTH
+    radius = np.hypot(axis[:, None], axis[None, :])
+    assert (pixels[radius > 1.001] == 1).all()
+    assert (pixels[radius < 0.99] < 0.999).all()
+
+
+def test_seed_decides_the_noise(addon, new_material, render):
+    sphere = addon("standard_sphere")
+    material = new_material(MODELS["plastic"])
+
+    def picture(seed):
+        return render(
+            sphere.build_scene(material, sphere.SphereView(resolution=16, samples=4, seed=seed))
+        )
+
+    first = picture(3)
+    assert (first == picture(3)).all()
+    assert (first != picture(4)).any()
+
+
+def test_reference_sampling_beats_cosine_sampling(addon, new_material, render, tmp_path):
+    """A small version of ./nfm bench sampling."""
+    sphere, images = addon("standard_sphere"), addon("images")
+    environment = tmp_path / "light.exr"
+    images.write_linear(environment, addon("demo_light").studio())
+
+    def picture(material, samples, seed):
+        view = sphere.SphereView(resolution=24, samples=samples, seed=seed, environment=environment)
+        return render(sphere.build_scene(material, view))
+
+    material = {
+        sampling: new_material(MODELS["metal"], sampling, candidates=1)
+        for sampling in ("REFERENCE", "COSINE")
+    }
+    converged = picture(material["REFERENCE"], 4096, 99)
+    error = {
+        sampling: np.mean([(picture(m, 64, seed) - converged) ** 2 for seed in range(3)])
+        for sampling, m in material.items()
+    }
+    assert error["COSINE"] > 32 * error["REFERENCE"]
