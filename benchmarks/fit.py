@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
         names = arguments.materials.split(",")
     scene = SphereScene(environment_maps())
     print(f"{'material':<28}{'seconds':>8}{'MB':>6}{'objective':>11}{'log err':>9}", end="")
-    print(f"{'albedo':>8}{'raw Grace/Grove':>17}{'recip':>13}")
+    print(f"{'albedo':>8}{'raw Grace/Grove':>17}{'recip':>12}")
     rows = []
     for name in names:
         row = grade(name, arguments.weight, scene)
@@ -56,12 +56,16 @@ def run(arguments: argparse.Namespace) -> int:
         print(
             f"{name:<28}{row['seconds']:8.1f}{row['megabytes']:6.0f}{row['objective']:11.2e}"
             f"{row['mean_log_error']:9.4f}{row['largest_directional_albedo']:8.3f}"
-            f"{row['raw'][0]:9.1f} /{row['raw'][1]:6.1f}{row['recip'][0]:7.1f}/{row['recip'][1]:.1f}",
+            f"{_pair(row['raw']):>17}{_pair(row['recip']):>12}",
             flush=True,
         )
     if arguments.json:
         arguments.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return _print_summary(rows)
+
+
+def _pair(values: list[float]) -> str:
+    return "/".join(f"{value:.1f}" for value in values)
 
 
 def grade(name: str, weight: str, scene: SphereScene) -> dict:

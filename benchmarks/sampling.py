@@ -90,6 +90,7 @@ class Renderer:
         self._inside = np.hypot(axis[:, None], axis[None, :]) < 0.98
 
     def __call__(self, material: object, samples: int, seed: int) -> np.ndarray:
+        """Linear pixels (n, 3)."""
         view = self._sphere.SphereView(
             resolution=self._resolution,
             samples=samples,

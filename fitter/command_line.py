@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import sys
 import time
@@ -13,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from . import merl, parameter_file
-from .errors import NfmError, shown_name
+from .errors import NfmError, printable, shown_name
+from .files import write_atomically
 from .fit_file import fit_measurement
 from .model import FactorModel
 from .parameter_file import FittedMaterial
@@ -46,6 +48,9 @@ def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
 def run_fit(arguments: argparse.Namespace) -> None:
     """The verb fit."""
     start = time.perf_counter()
+    if arguments.output and not Path(arguments.output).parent.is_dir():
+        # before ten seconds of work, not after
+        raise NfmError(f"{shown_name(arguments.output)}: there is no such folder; make it first")
     measurement = merl.read(arguments.file)
     with Progress(sys.stderr, "fit") as progress:
         material = fit_measurement(
@@ -66,7 +71,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
 def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
     """The report for people: one figure per line."""
     fit, model = material.fit, material.model
-    rows = [("material", material.name)]
+    rows = [("material", printable(material.name))]
     if "objective" in fit:
         rows += [
             ("bins", _bins_text(fit)),
@@ -111,9 +116,10 @@ def run_eval(arguments: argparse.Namespace, evaluate: Evaluate) -> None:
     material = parameter_file.load(arguments.params)
     wi, wo = read_directions(arguments.directions)
     values = evaluate(material.model, wi, wo)
+    array = io.BytesIO()
+    np.save(array, values)
     try:
-        with Path(arguments.output).open("wb") as file:
-            np.save(file, values)
+        write_atomically(Path(arguments.output), [array.getbuffer()])
     except OSError as error:
         raise NfmError(
             f"{shown_name(arguments.output)}: cannot be written ({error.strerror}); choose another"

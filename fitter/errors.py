@@ -30,8 +30,12 @@ def shown_name(path: str | os.PathLike) -> str:
     bytes that are not UTF-8), quotes and backslashes are shown as Python escapes.
     """
     text = os.fsdecode(path)
-    name = Path(text).name or text
-    return "".join(_escaped(character) for character in name)
+    return printable(Path(text).name or text)
+
+
+def printable(text: str) -> str:
+    """Text from a stranger for messages: on one line, without characters that steer a terminal."""
+    return "".join(map(_escaped, text))
 
 
 def _escaped(character: str) -> str:

@@ -11,8 +11,9 @@ derivative there and stays zero until the next alternation. d moves linearly: it
 and must be able to leave zero.
 
 Near the mirror direction theta_i = theta_o = theta_d, so for a sharp lobe F and 1 / G^2 are nearly
-interchangeable and steps would drift along F e^(k theta) without end. The step therefore prefers a level F: the normal equations get a penalty on the differences of log F between
-neighbours. It steers the step only; whether a step is taken depends on the objective alone.
+interchangeable and steps would drift along F e^(k theta) without end. The step therefore prefers
+a level F: the normal equations get a penalty on the differences of log F between neighbours. It
+steers the step only; whether a step is taken depends on the objective alone.
 
 Reference for the damping: Marquardt 1963, with his scaling by the diagonal.
 """

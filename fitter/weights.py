@@ -3,10 +3,10 @@
 
 The raw BRDF spans six decades between peak and diffuse floor. Weighting the squared error by the
 squared derivative of a compressive curve c(x) at the measured value makes it, to first order, the
-squared error of c: sum w (f - rho)^2 ~ sum (c(f) - c(rho))^2. The formula that Bagher et al. 2016
-used, and Peng et al. kept, is not printed in either paper; docs/RESULTS.md compares these.
+squared error of c: sum w (f - rho)^2 ~ sum (c(f) - c(rho))^2. Peng et al. 2017 keep the formula
+of Bagher et al. 2016 without printing it; docs/RESULTS.md compares these.
 
-Every scheme includes the measure of the bin. Values: f_r in 1/sr; cos_i, cos_o in (0, 1].
+`problem` multiplies by the measure of the bin. Values: f_r in 1/sr; cos_i, cos_o in (0, 1].
 """
 
 from __future__ import annotations

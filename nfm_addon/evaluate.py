@@ -17,6 +17,7 @@ import numpy as np
 from ..fitter.model import FactorModel
 from . import script_node
 from .images import read_linear
+from .node_trees import empty_tree
 from .rendering import render_settings, render_to_file
 from .shader_source import surface_source
 
@@ -68,10 +69,7 @@ def _evaluate_chunk(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.nd
 
 def _value_material(model: FactorModel) -> bpy.types.Material:
     material = bpy.data.materials.new("NFM Evaluate")
-    if material.node_tree is None:  # before Blender 5.0
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     script = tree.nodes.new("ShaderNodeScript")
     script_node.fill(script, "NFM Evaluate.osl", surface_source(model, "reference"))
     for name, socket in (("wi", "Light Direction"), ("wo", "View Direction")):

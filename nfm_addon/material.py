@@ -15,6 +15,7 @@ from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from . import script_node
 from .errors import ShaderError
+from .node_trees import empty_tree
 from .shader_source import surface_source
 
 GROUP_NAME = "NFM BRDF"
@@ -131,10 +132,7 @@ def _new_material(
     fitted: FittedMaterial, group: bpy.types.ShaderNodeTree, sampling: str
 ) -> bpy.types.Material:
     material = bpy.data.materials.new(fitted.name)
-    if material.node_tree is None:  # before Blender 5.0
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group
     node.name = node.label = GROUP_NAME

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from . import images
+from .node_trees import empty_tree
 from .rendering import render_settings
 
 CAMERA_WIDTH = 2.2
@@ -76,10 +77,7 @@ def new_world(environment: Path | None) -> bpy.types.World:
     """A world of strength 1: the map, or uniform white."""
     image = environment and images.load_environment(environment)
     world = bpy.data.worlds.new("NFM World")
-    if world.node_tree is None:  # before Blender 5.0
-        world.use_nodes = True
-    tree = world.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(world)
     background = tree.nodes.new("ShaderNodeBackground")
     background.inputs["Color"].default_value = (1, 1, 1, 1)
     background.inputs["Strength"].default_value = 1

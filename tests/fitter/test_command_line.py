@@ -85,12 +85,23 @@ def test_fit_of_something_else(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_fit_to_a_folder_that_is_missing(measured, tmp_path, capsys, monkeypatch, random_model):
+def test_fit_to_a_folder_that_is_missing_fails_before_the_work(
+    measured, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(command_line, "fit_measurement", None)  # would raise if it got there
+    assert main(["fit", str(measured), "-o", str(tmp_path / "no" / "out.nfm.json")]) == 1
+    one_line(capsys, "out.nfm.json: there is no such folder")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_fit_to_a_path_that_is_a_folder(measured, tmp_path, capsys, monkeypatch, random_model):
     fitted = FittedMaterial("copper", random_model(0))
     monkeypatch.setattr(command_line, "fit_measurement", lambda *_, **__: fitted)
-    assert main(["fit", str(measured), "-o", str(tmp_path / "no" / "out.nfm.json")]) == 1
-    one_line(capsys, "out.nfm.json: cannot be written")
-    assert list(tmp_path.iterdir()) == []
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    assert main(["fit", str(measured), "-o", str(folder)]) == 1
+    one_line(capsys, "folder: cannot be written")
+    assert list(tmp_path.iterdir()) == [folder]
 
 
 @pytest.mark.parametrize(
