@@ -11,8 +11,9 @@ derivative there and stays zero until the next alternation. d moves linearly: it
 and must be able to leave zero.
 
 Near the mirror direction theta_i = theta_o = theta_d, so for a sharp lobe F and 1 / G^2 are nearly
-interchangeable and steps would drift along F e^(k theta) without end. The step therefore prefers
-a level F: the normal equations get a penalty on the differences of log F between neighbours. It
+interchangeable and steps would drift along F e^(k theta) without end; and numbers that the data
+hardly sees (D near 90 degrees) would drift anywhere. The step therefore prefers level factors, F
+most: the normal equations get a penalty on the differences of log factors between neighbours. It
 steers the step only; whether a step is taken depends on the objective alone.
 
 Reference for the damping: Marquardt 1963, with his scaling by the diagonal.
@@ -39,8 +40,10 @@ DAMPING_DOWN = 0.3
 DAMPING_UP = 4.0
 MAX_REJECTIONS = 8
 
-# Strength of the preference for a level F, relative to sum w rho^2.
+# Strength of the preference for level factors, relative to sum w rho^2. F trades off against G, so
+# it needs more; D and G are only kept from drifting where there is no data.
 FRESNEL_LEVEL = 5e-5
+DRIFT_LEVEL = 1e-7
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def refine(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, 
     while True:
         current = layout.unpack(x)
         objective, normal, gradient = _normal_equations(problem, current, layout)
-        _prefer_level_fresnel(problem, current, layout, normal, gradient)
+        _prefer_level_factors(problem, current, layout, normal, gradient)
         for _ in range(MAX_REJECTIONS):
             step = _damped_step(normal, gradient, damping)
             step[: layout.diffuse.start] = np.clip(
@@ -125,20 +128,23 @@ def _normal_equations(
     return problem.objective(model, moments), normal, gradient
 
 
-def _prefer_level_fresnel(
+def _prefer_level_factors(
     problem: Problem,
     model: FactorModel,
     layout: _Layout,
     normal: np.ndarray,
     gradient: np.ndarray,
 ) -> None:
-    """Add the penalty sum of (log F[j + 1] - log F[j])^2 over neighbours that are not zero."""
-    weight = FRESNEL_LEVEL * problem.target_energy
-    start = layout.fresnel.start
-    for channel, row in enumerate(model.fresnel):
-        left = np.flatnonzero((row[:-1] > 0) & (row[1:] > 0))
-        slope = np.log(row[left + 1] / row[left])
-        i = start + channel * row.size + left
+    """Add the penalty sum of (log x[j + 1] - log x[j])^2 over neighbours that are not zero."""
+    for factor, position, level in (
+        (model.fresnel, layout.fresnel, FRESNEL_LEVEL),
+        (model.ndf, layout.ndf, DRIFT_LEVEL),
+        (model.masking, layout.masking, DRIFT_LEVEL),
+    ):
+        weight = level * problem.target_energy
+        row, left = np.nonzero((factor[:, :-1] > 0) & (factor[:, 1:] > 0))
+        slope = np.log(factor[row, left + 1] / factor[row, left])
+        i = position.start + row * factor.shape[1] + left
         np.add.at(gradient, i, weight * slope)
         np.add.at(gradient, i + 1, -weight * slope)
         for a, b, sign in ((i, i, 1), (i + 1, i + 1, 1), (i, i + 1, -1), (i + 1, i, -1)):

@@ -143,10 +143,14 @@ def save(path: str | os.PathLike, material: FittedMaterial) -> None:
     Raises
     ------
     ParameterFileError
-        The file cannot be written; an existing one is left as it was.
+        The file cannot be written, or `load` would refuse it; an existing one is left as it was.
     """
     try:
-        write_atomically(Path(path), [dumps(material).encode("utf-8")])
+        text = dumps(material)
+        loads(text, shown_name(path))
+        write_atomically(Path(path), [text.encode("utf-8")])
+    except ParameterFileError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise ParameterFileError(

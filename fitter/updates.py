@@ -21,8 +21,10 @@ from .problem import Moments, Problem, amplitudes
 # never come back.
 SCALE_FLOOR = 1e-6
 
-# A bin whose normal matrix is this much smaller than the largest holds no data worth the name.
-EMPTY = 1e-14
+# A number whose share of the normal equations is this much smaller than the largest of its factor
+# is held. It could matter only by growing to ten thousand times the factor's maximum, and would
+# (D near 90 degrees, where G is zero).
+NEGLIGIBLE = 1e-8
 
 
 def update_diffuse_and_scale(problem: Problem, moments: Moments, model: FactorModel) -> FactorModel:
@@ -54,27 +56,29 @@ def update_diffuse(problem: Problem, moments: Moments, model: FactorModel) -> Fa
 
 
 def update_ndf(problem: Problem, moments: Moments, model: FactorModel) -> FactorModel:
-    """The best D_m >= 0, jointly for the lobes of each theta_h bin; empty bins keep theirs."""
+    """The best D_m >= 0, jointly for the lobes of each theta_h bin; negligible ones are held."""
     factor = model.scale[None] * model.fresnel.T[:, None, :]
     matrix = np.einsum("dmc,hdmkc,dkc->hmk", factor, moments.kernel_kernel, factor, optimize=True)
     residual = moments.kernel_target - model.diffuse * moments.kernel
     right = np.einsum("dmc,hdmc->hm", factor, residual, optimize=True)
-    solution = solve_nonnegative(matrix, right)
-    energy = np.einsum("hmm->h", matrix)
-    empty = energy <= EMPTY * energy.max()
-    solution[empty] = model.ndf.T[empty]
+    energy = np.einsum("hmm->hm", matrix)
+    held = energy <= NEGLIGIBLE * energy.max(axis=0)
+    fixed = np.where(held, model.ndf.T, 0)
+    right = np.where(held, 0, right - np.einsum("hmk,hk->hm", matrix, fixed))
+    matrix = np.where(held[:, :, None] | held[:, None, :], 0, matrix)
+    solution = solve_nonnegative(matrix, right) + fixed
     return _better(problem, moments, model, replace(model, ndf=solution.T))
 
 
 def update_fresnel(problem: Problem, moments: Moments, model: FactorModel) -> FactorModel:
-    """The best F_c >= 0 of every theta_d bin; empty bins keep theirs."""
+    """The best F_c >= 0 of every theta_d bin; negligible ones are held."""
     factor = model.scale[None] * model.ndf.T[:, :, None]
     energy = np.einsum("hmc,hdmkc,hkc->cd", factor, moments.kernel_kernel, factor, optimize=True)
     residual = moments.kernel_target - model.diffuse * moments.kernel
     right = np.einsum("hmc,hdmc->cd", factor, residual, optimize=True)
-    filled = energy > EMPTY * energy.max()
-    fresnel = np.maximum(right / np.where(filled, energy, 1), 0)
-    return replace(model, fresnel=np.where(filled, fresnel, model.fresnel))
+    held = energy <= NEGLIGIBLE * energy.max(axis=1, keepdims=True)
+    fresnel = np.maximum(right / np.where(held, 1, energy), 0)
+    return replace(model, fresnel=np.where(held, model.fresnel, fresnel))
 
 
 def update_masking(

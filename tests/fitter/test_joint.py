@@ -143,15 +143,16 @@ def test_dead_lobe_stays_dead(coarse, random_model):
         assert all(np.isfinite(getattr(model, name)).all() for name in FACTORS)
 
 
-def test_level_fresnel_is_preferred_in_the_step_only(coarse, random_model):
+def test_level_factors_are_preferred_in_the_step_only(coarse, random_model, monkeypatch):
     """The penalty is the sum of (log F[j + 1] - log F[j])^2; numbers that are zero have none."""
+    monkeypatch.setattr(joint, "DRIFT_LEVEL", 0)  # the same for D and G: see the next test
     start = random_model(6)
     fresnel = start.fresnel.copy()
     fresnel[1, 40] = 0
     model = replace(start, fresnel=fresnel)
     layout = joint._Layout.of(model)
     normal, gradient = np.zeros((822, 822)), np.zeros(822)
-    joint._prefer_level_fresnel(coarse, model, layout, normal, gradient)
+    joint._prefer_level_factors(coarse, model, layout, normal, gradient)
     weight = joint.FRESNEL_LEVEL * coarse.target_energy
 
     def penalty(log_f):
@@ -177,6 +178,24 @@ def test_level_fresnel_is_preferred_in_the_step_only(coarse, random_model):
     others = np.delete(np.arange(822), rows.ravel())
     assert not normal[others].any()
     assert not gradient[others].any()
+
+
+def test_drift_of_d_and_g_is_damped(coarse, random_model):
+    """Each row of D, G and F gets the chain matrix of its differences, of its own strength."""
+    model = random_model(6)
+    layout = joint._Layout.of(model)
+    normal, gradient = np.zeros((822, 822)), np.zeros(822)
+    joint._prefer_level_factors(coarse, model, layout, normal, gradient)
+    difference = np.diff(np.eye(90), axis=0)
+    for factor, position, level in (
+        (model.ndf, layout.ndf, joint.DRIFT_LEVEL),
+        (model.masking, layout.masking, joint.DRIFT_LEVEL),
+        (model.fresnel, layout.fresnel, joint.FRESNEL_LEVEL),
+    ):
+        chain = level * coarse.target_energy * difference.T @ difference
+        np.testing.assert_allclose(normal[position, position], np.kron(np.eye(3), chain))
+        expected = -chain @ np.log(factor).T
+        np.testing.assert_allclose(gradient[position], expected.T.ravel(), atol=1e-12)
 
 
 def test_start_is_not_modified(coarse, random_model):
