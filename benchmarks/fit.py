@@ -38,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--every", type=int, default=1, metavar="N", help="every Nth only")
     parser.add_argument("--weight", choices=sorted(WEIGHTS), default=DEFAULT_WEIGHT)
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the rows here as well")
+    parser.add_argument("--markdown", metavar="FILE", type=Path, help="and as a table for docs/")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -61,7 +62,29 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if arguments.json:
         arguments.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    if arguments.markdown:
+        arguments.markdown.write_text(markdown_table(rows), encoding="utf-8")
     return _print_summary(rows)
+
+
+def markdown_table(rows: list[dict]) -> str:
+    """The rows as docs/results/fit.md shows them."""
+    lines = [
+        "# Fits of the shared materials",
+        "",
+        "Written by `./nfm bench fit --markdown docs/results/fit.md`; what the columns mean is in",
+        "[RESULTS.md](../RESULTS.md). PSNR in dB, Grace/Grove.",
+        "",
+        "| material | s | MB | objective | log error | albedo | PSNR raw | PSNR recip |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    lines += [
+        f"| {row['material']} | {row['seconds']:.1f} | {row['megabytes']:.0f} "
+        f"| {row['objective']:.2e} | {row['mean_log_error']:.4f} "
+        f"| {row['largest_directional_albedo']:.3f} | {_pair(row['raw'])} | {_pair(row['recip'])} |"
+        for row in rows
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def _pair(values: list[float]) -> str:

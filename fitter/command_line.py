@@ -27,6 +27,19 @@ FAILED = 1
 # How far from 1 the length of a direction may be: far more than rounding, less than a mistake.
 UNIT_TOLERANCE = 1e-3
 
+# Label, name among the figures of a fit, format.
+REPORT = (
+    ("bins used", "bins_usable", "{:,.0f}"),
+    ("  negative", "bins_negative", "{:,.0f}"),
+    ("  not finite", "bins_not_finite", "{:,.0f}"),
+    ("  below horizon", "bins_below_horizon", "{:,.0f}"),
+    ("objective", "objective", "{:.3e}"),
+    ("iterations", "iterations", "{:.0f}"),
+    ("seconds", "seconds", "{:.1f}"),
+    ("mean log error", "mean_log_error", "{:.4f}"),
+    ("largest albedo", "largest_directional_albedo", "{:.3f} (directional, up to 88 degrees)"),
+)
+
 Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -69,31 +82,19 @@ def run_fit(arguments: argparse.Namespace) -> None:
 
 
 def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
-    """The report for people: one figure per line."""
-    fit, model = material.fit, material.model
-    rows = [("material", printable(material.name))]
-    if "objective" in fit:
-        rows += [
-            ("bins", _bins_text(fit)),
-            ("model", f"{model.n_lobes} lobes, {model.n_parameters} numbers"),
-            ("objective", f"{fit['objective']:.3e} ({fit['weight']} weight)"),
-            ("iterations", f"{fit['iterations']}"),
-        ]
+    """The report for people: one figure per line, those that the material has."""
+    fit, model = dict(material.fit), material.model
     if seconds is not None:
-        rows.append(("seconds", f"{seconds:.1f}"))
-    if "objective" in fit:
-        rows += [
-            ("mean log error", f"{fit['mean_log_error']:.4f}"),
-            ("largest albedo", f"{fit['largest_directional_albedo']:.3f} (directional, to 88 deg)"),
-        ]
-    return "".join(f"{label:<16}{value}\n" for label, value in rows)
-
-
-def _bins_text(fit: dict) -> str:
-    return (
-        f"{fit['bins_usable']:,} used, {fit['bins_negative']:,} negative, "
-        f"{fit['bins_not_finite']:,} not finite, {fit['bins_below_horizon']:,} below the horizon"
-    )
+        fit["seconds"] = seconds
+    lines = [
+        f"{'material':<16}{printable(material.name)}",
+        f"{'model':<16}{model.n_lobes} lobes, {model.n_parameters} numbers",
+    ]
+    for label, key, text in REPORT:
+        # a parameter file may come from anywhere and hold anything under a known name
+        if isinstance(fit.get(key), (int, float)):
+            lines.append(f"{label:<16}{text.format(fit[key])}")
+    return "".join(f"{line}\n" for line in lines)
 
 
 def add_eval_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:

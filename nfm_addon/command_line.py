@@ -9,11 +9,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..fitter import command_line as fitter_command_line
 from ..fitter import synthetic
+from ..fitter.errors import NfmError, shown_name
 from ..fitter.fit_file import material_from_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
@@ -21,7 +22,7 @@ from ..fitter.progress import Progress
 from . import demo_light, images, material
 from .evaluate import evaluate_through_osl
 from .properties import SAMPLING_ITEMS
-from .rendering import render_to_file
+from .rendering import check_output, render_to_file
 from .standard_sphere import SphereView, build_scene
 
 SAMPLINGS = [identifier.lower() for identifier, *_ in SAMPLING_ITEMS]
@@ -60,15 +61,15 @@ def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument("file", metavar="FILE_OR_PARAMS", help="a measured file or .nfm.json")
     parser.add_argument("-o", "--output", metavar="OUT.exr|OUT.png", required=True, type=Path)
     parser.add_argument("--env", metavar="MAP.hdr", type=Path, help="default: uniform white 1")
-    parser.add_argument("--samples", type=_positive, default=64, metavar="N")
-    parser.add_argument("--seed", type=_natural, default=0, metavar="N")
-    parser.add_argument("--resolution", type=_positive, default=256, metavar="R")
+    parser.add_argument("--samples", type=_integer(1, 2**24), default=64, metavar="N")
+    parser.add_argument("--seed", type=_integer(0, 2**31 - 1), default=0, metavar="N")
+    parser.add_argument("--resolution", type=_integer(4, 65536), default=256, metavar="R")
     parser.add_argument("--sampling", choices=SAMPLINGS, default="reference")
     parser.add_argument(
         "--candidates",
-        type=_positive,
+        type=_integer(1, 63),  # Cycles has room for 64 closures, the diffuse one included
         metavar="K",
-        help="candidate directions per shading point; default: 8, cosine sampling 1",
+        help="candidate directions per shading point; default: 4, cosine sampling 1",
     )
     parser.add_argument(
         "--point-sampled", action="store_true", help="rays through the pixel centres"
@@ -77,6 +78,10 @@ def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
 
 
 def _run_render(arguments: argparse.Namespace) -> None:
+    # before ten seconds of fitting, not after
+    check_output(arguments.output)
+    if arguments.env and not arguments.env.is_file():
+        raise NfmError(f"{shown_name(arguments.env)}: no such image; check the path")
     fitted = _fitted(arguments.file)
     view = SphereView(
         resolution=arguments.resolution,
@@ -107,7 +112,12 @@ def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
 
 def _run_demo(arguments: argparse.Namespace) -> None:
     folder: Path = arguments.output
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NfmError(
+            f"{shown_name(folder)}: cannot be made a folder ({error.strerror}); choose another"
+        ) from error
     path = arguments.file
     if path is None:
         path = folder / f"synthetic-{DEMO_SAMPLE}.binary"
@@ -151,15 +161,18 @@ def _render(
         render_to_file(scene, output, lambda share: progress.update(share, "rendering"))
 
 
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
-    return value
+def _integer(low: int, high: int) -> Callable[[str], int]:
+    """Argument type: a whole number that Blender takes as it is, neither refused nor clamped."""
 
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(
+                f"{text[:40]!r} is not a whole number from {low} to {high}"
+            )
+        return value
 
-def _natural(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
+    return parse

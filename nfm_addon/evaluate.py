@@ -18,11 +18,14 @@ from ..fitter.model import FactorModel
 from . import script_node
 from .images import read_linear
 from .node_trees import empty_tree
-from .rendering import render_settings, render_to_file
+from .rendering import remove_scene, render_settings, render_to_file
 from .shader_source import surface_source
 
 # Pairs in one render; a picture of 512 x 512.
 CHUNK = 512 * 512
+
+# Blender renders no smaller picture.
+SMALLEST_SIDE = 4
 
 
 def evaluate_through_osl(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -41,10 +44,11 @@ def evaluate_through_osl(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> 
 
 
 def _evaluate_chunk(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    side = math.ceil(math.sqrt(len(wi)))
+    side = max(math.ceil(math.sqrt(len(wi))), SMALLEST_SIDE)
     scene = bpy.data.scenes.new("NFM Evaluate")
+    material = bpy.data.materials.new("NFM Evaluate")
     try:
-        material = _value_material(model)
+        _emit_value(material, model)
         squares = bpy.data.objects.new("Squares", _squares_mesh(side, wi, wo))
         squares.data.materials.append(material)
         camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
@@ -62,13 +66,14 @@ def _evaluate_chunk(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.nd
             render_to_file(scene, path)
             pixels = read_linear(path)
     finally:
-        _remove_scene(scene)
+        texts = {node.script for node in material.node_tree.nodes if node.type == "SCRIPT"}
+        bpy.data.batch_remove([material, *(texts - {None})])
+        remove_scene(scene)
     # the mesh counts upwards, the picture downwards
     return pixels[::-1].reshape(-1, 3)[: len(wi)].astype(np.float64)
 
 
-def _value_material(model: FactorModel) -> bpy.types.Material:
-    material = bpy.data.materials.new("NFM Evaluate")
+def _emit_value(material: bpy.types.Material, model: FactorModel) -> None:
     tree = empty_tree(material)
     script = tree.nodes.new("ShaderNodeScript")
     script_node.fill(script, "NFM Evaluate.osl", surface_source(model, "reference"))
@@ -80,7 +85,6 @@ def _value_material(model: FactorModel) -> bpy.types.Material:
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(script.outputs["Value"], emission.inputs["Color"])
     tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
-    return material
 
 
 def _squares_mesh(side: int, wi: np.ndarray, wo: np.ndarray) -> bpy.types.Mesh:
@@ -96,17 +100,3 @@ def _squares_mesh(side: int, wi: np.ndarray, wo: np.ndarray) -> bpy.types.Mesh:
         attribute = mesh.attributes.new(name, "FLOAT_VECTOR", "FACE")
         attribute.data.foreach_set("vector", directions.astype(np.float32).ravel())
     return mesh
-
-
-def _remove_scene(scene: bpy.types.Scene) -> None:
-    """Remove a scene of ours and what was made for it; the user's own unused data stays."""
-    objects = list(scene.objects)
-    meshes_and_cameras = [item.data for item in objects]
-    materials = [slot.material for item in objects for slot in item.material_slots]
-    texts = [
-        node.script
-        for material in materials
-        for node in material.node_tree.nodes
-        if node.type == "SCRIPT"
-    ]
-    bpy.data.batch_remove([scene, *objects, *meshes_and_cameras, *materials, *texts])

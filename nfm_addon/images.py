@@ -20,6 +20,9 @@ def load_environment(path: Path) -> bpy.types.Image:
         The file is missing, or Blender cannot read it as an image.
     """
     try:
+        # asked first, since Blender prints an error of its own
+        if not path.is_file():
+            raise FileNotFoundError
         image = bpy.data.images.load(str(path.resolve()))
     except (RuntimeError, OSError, ValueError):
         raise NfmError(f"{shown_name(path)}: no such image; check the path") from None
@@ -43,7 +46,13 @@ def read_linear(path: Path) -> np.ndarray:
 
 
 def write_linear(path: Path, pixels: np.ndarray) -> None:
-    """Write (height, width, 3) as a 32-bit EXR, top row first."""
+    """Write (height, width, 3) as a 32-bit EXR, top row first.
+
+    Raises
+    ------
+    NfmError
+        The file cannot be written.
+    """
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("nfm", width, height, float_buffer=True, is_data=True)
     try:
@@ -53,5 +62,7 @@ def write_linear(path: Path, pixels: np.ndarray) -> None:
         image.file_format = "OPEN_EXR"
         image.filepath_raw = str(path)
         image.save()
+    except RuntimeError:
+        raise NfmError(f"{shown_name(path)}: cannot be written; choose another folder") from None
     finally:
         bpy.data.images.remove(image)

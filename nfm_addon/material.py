@@ -24,6 +24,8 @@ SCRIPT_NODE = "NFM Shader"
 LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
+INT_MAX = 2**31 - 1  # of Blender's properties
+
 
 def build(fitted: FittedMaterial, sampling: str = "REFERENCE") -> bpy.types.Material:
     """New material of a fitted model; nothing is left behind if its shader does not compile.
@@ -84,7 +86,8 @@ def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript
     ShaderError
         There is none any more.
     """
-    for node in material.node_tree.nodes:
+    tree = material.node_tree  # None until Blender 5.0, for a material without nodes
+    for node in tree.nodes if tree else ():
         if node.type == "GROUP" and node.node_tree and SCRIPT_NODE in node.node_tree.nodes:
             return node.node_tree.nodes[SCRIPT_NODE]
     raise ShaderError(
@@ -150,6 +153,9 @@ def _new_material(
         settings.source = fitted.source.file_name
         settings.source_format = fitted.source.format
     for name in ("objective", "iterations", "mean_log_error", "largest_directional_albedo"):
-        if isinstance(fitted.fit.get(name), (int, float)):
-            setattr(settings, name, fitted.fit[name])
+        value = fitted.fit.get(name)
+        if isinstance(value, (int, float)):
+            if name == "iterations":  # a file may say anything
+                value = max(-INT_MAX, min(int(value), INT_MAX))
+            setattr(settings, name, value)
     return material

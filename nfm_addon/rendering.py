@@ -37,15 +37,13 @@ def render_settings(
     cycles.pixel_filter_type = "BOX"
 
 
-def render_to_file(
-    scene: bpy.types.Scene, output: Path, on_progress: Callable[[float], None] | None = None
-) -> None:
-    """Render to .exr (32-bit, linear) or .png (8-bit, sRGB).
+def check_output(output: Path) -> str:
+    """Blender's name of the format that a file's suffix asks for.
 
     Raises
     ------
     NfmError
-        The suffix is neither, or the file cannot be written; an existing file is then kept.
+        The suffix is neither .exr nor .png, or no file can be written there.
     """
     name = shown_name(output)
     file_format = FORMATS.get(output.suffix.lower())
@@ -57,6 +55,21 @@ def render_to_file(
         raise NfmError(f"{name}: its folder does not exist or is read-only; choose another")
     if output.is_dir():
         raise NfmError(f"{name}: is a folder; choose a file name")
+    return file_format
+
+
+def render_to_file(
+    scene: bpy.types.Scene, output: Path, on_progress: Callable[[float], None] | None = None
+) -> None:
+    """Render to .exr (32-bit, linear) or .png (8-bit, sRGB).
+
+    Raises
+    ------
+    NfmError
+        The suffix is neither, or the file cannot be written; an existing file is then kept.
+    """
+    file_format = check_output(output)
+    name = shown_name(output)
     settings = scene.render.image_settings
     settings.file_format = file_format
     settings.color_mode = "RGB"
@@ -75,6 +88,20 @@ def render_to_file(
         partial.replace(output)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def remove_scene(scene: bpy.types.Scene) -> None:
+    """Remove a scene of ours with its objects, their data, its world and map; materials stay."""
+    objects = list(scene.objects)
+    data = {item.data for item in objects}
+    worlds = [scene.world] if scene.world else []
+    images = [
+        node.image
+        for world in worlds
+        for node in world.node_tree.nodes
+        if node.type == "TEX_ENVIRONMENT"
+    ]
+    bpy.data.batch_remove([scene, *objects, *data, *worlds, *images])
 
 
 @contextmanager

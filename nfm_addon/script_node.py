@@ -18,7 +18,8 @@ from .errors import ShaderError
 def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> None:
     """Put OSL source into the node's Text (made if it has none) and compile it.
 
-    Sockets that the new source still has keep their values and links.
+    Sockets that the new source still has keep their values and links. If it does not compile, the
+    node keeps its bytecode and a Text that it had keeps its source.
 
     Raises
     ------
@@ -27,6 +28,7 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> None:
         on the console.
     """
     text = node.script
+    previous = text and text.as_string()
     if text is None:
         text = bpy.data.texts.new(name)
         text.use_fake_user = False
@@ -34,7 +36,12 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> None:
     node.mode = "INTERNAL"
     if node.script != text:
         node.script = text
-    _compile(node)
+    try:
+        _compile(node)
+    except ShaderError:
+        if previous is not None:
+            text.from_string(previous)
+        raise
 
 
 def _compile(node: bpy.types.ShaderNodeScript) -> None:
@@ -55,9 +62,10 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
     try:
         query = oslquery.OSLQuery(compiled) if ok else None
         if not query or not bytecode:
+            details = "".join(f": {message}" for message in messages)
             raise ShaderError(
-                f"Cycles could not compile the shader of {node.script.name!r}: "
-                f"{'; '.join(messages)}; see the console, and report it"
+                f"Cycles could not compile the shader of {node.script.name!r}{details}; "
+                "see the console, and report it"
             )
         node.bytecode = bytecode
         node.bytecode_hash = bytecode_hash

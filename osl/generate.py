@@ -18,9 +18,9 @@ from string import Template
 
 SAMPLINGS = ("reference", "cosine")
 
-# Candidates per shading point: K = 8 costs a quarter more time than 1 and resamples away a third
-# of the error. Cosine sampling is the naive baseline.
-DEFAULT_CANDIDATES = {"reference": 8, "cosine": 1}
+# Candidates per shading point: 4 give the least error for their time (docs/RESULTS.md, Sampling).
+# Cosine sampling is the naive baseline.
+DEFAULT_CANDIDATES = {"reference": 4, "cosine": 1}
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,8 @@
 """Fixtures of all tests."""
 
+import importlib
 import importlib.util
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -29,6 +31,16 @@ def blender(extension: ModuleType) -> ModuleType:
     # Not read_factory_settings: that disables the extension.
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     return bpy
+
+
+@pytest.fixture
+def addon(extension: ModuleType, blender: ModuleType) -> Callable[[str], ModuleType]:
+    """Import a module of the add-on as Blender sees it: addon("material")."""
+
+    def load(name: str) -> ModuleType:
+        return importlib.import_module(f"{extension.__name__}.nfm_addon.{name}")
+
+    return load
 
 
 @pytest.fixture(scope="session")

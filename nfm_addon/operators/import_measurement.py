@@ -59,8 +59,8 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
 
 
 def assign(target: bpy.types.Object | None, new: bpy.types.Material) -> bool:
-    """Put a material into the active slot of an object, or a new slot; False if it has none."""
-    if target is None or not hasattr(target.data, "materials"):
+    """Put a material into the active slot of an object, or a new slot; False if it takes none."""
+    if target is None or not target.is_editable or not hasattr(target.data, "materials"):
         return False
     if not target.material_slots:
         if not target.data.is_editable:

@@ -1,20 +1,8 @@
 """Rendering of factor models, for the tests of this folder."""
 
-import importlib
-
 import pytest
 
 from fitter.parameter_file import FittedMaterial
-
-
-@pytest.fixture
-def addon(extension, blender):
-    """Import a module of the add-on as Blender sees it: addon("material")."""
-
-    def load(name):
-        return importlib.import_module(f"{extension.__name__}.nfm_addon.{name}")
-
-    return load
 
 
 @pytest.fixture

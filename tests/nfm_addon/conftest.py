@@ -1,0 +1,139 @@
+"""A small fitted material, objects to put it on, and processes of their own."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from fitter import parameter_file
+from fitter.measurement import Source
+from fitter.parameter_file import FittedMaterial
+from tests.models import MODELS
+
+
+@pytest.fixture(scope="session")
+def fitted():
+    """A material as a fit leaves it."""
+    return FittedMaterial(
+        "blue plastic",
+        MODELS["plastic"],
+        Source("blue.binary", "MERL", "ab" * 32),
+        {
+            "objective": 0.00125,
+            "iterations": 57,
+            "weight": "gamma",
+            "mean_log_error": 0.125,
+            "largest_directional_albedo": 0.75,
+            "bins_usable": 1_000_000,
+            "bins_below_horizon": 400_000,
+            "bins_negative": 50_000,
+            "bins_not_finite": 8_000,
+        },
+    )
+
+
+@pytest.fixture
+def parameter_path(tmp_path, fitted):
+    """The fitted material as an .nfm.json file."""
+    path = tmp_path / "blue.nfm.json"
+    parameter_file.save(path, fitted)
+    return path
+
+
+@pytest.fixture
+def mesh_object(blender):
+    """The active object: a mesh with so many material slots, each with a material."""
+
+    def make(slots=0):
+        data = blender.data
+        item = data.objects.new("Thing", data.meshes.new("Thing"))
+        for number in range(slots):
+            item.data.materials.append(data.materials.new(f"old {number}"))
+        blender.context.scene.collection.objects.link(item)
+        blender.context.view_layer.objects.active = item
+        return item
+
+    return make
+
+
+@pytest.fixture
+def all_names(blender):
+    """The names in every collection of bpy.data."""
+
+    def names():
+        return {
+            kind.identifier: [item.name for item in getattr(blender.data, kind.identifier)]
+            for kind in blender.data.bl_rna.properties
+            # all_ids, since Blender 5: the other collections once more
+            if kind.type == "COLLECTION" and kind.identifier != "all_ids"
+        }
+
+    return names
+
+
+@pytest.fixture
+def sphere_scene(addon, monkeypatch):
+    """The standard sphere, small and coarse: most of its time is the mesh."""
+
+    def build(material, resolution=24, samples=4):
+        module = addon("standard_sphere")
+        monkeypatch.setattr(module, "SEGMENTS", 64)
+        monkeypatch.setattr(module, "RINGS", 32)
+        return module.build_scene(
+            material, module.SphereView(resolution=resolution, samples=samples)
+        )
+
+    return build
+
+
+@pytest.fixture
+def render(addon, tmp_path):
+    """Pixels (h, w, 3) of a scene."""
+
+    def run(scene):
+        path = tmp_path / "picture.exr"
+        addon("rendering").render_to_file(scene, path)
+        return addon("images").read_linear(path)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def run_python():
+    """Run code in a process of its own, which must succeed; returns what it printed.
+
+    It does not find the checkout by itself, nor an extension. It has Blender's scratch settings,
+    and `oslquery` where a real Blender has it.
+    """
+    setup = "import sys; from pathlib import Path\n"
+    setup_blender = setup + (
+        "import bpy\n"
+        "python = 'python{}.{}'.format(*sys.version_info[:2])\n"
+        "packages = Path(bpy.utils.resource_path('LOCAL'), 'python', 'lib', python)\n"
+        "sys.path.append(str(packages / 'site-packages'))\n"
+    )
+
+    interpreter = [sys.executable, "-P", "-W", "default::DeprecationWarning"]
+
+    def run(code, *arguments, blender=True, cwd=None):
+        # Blender 5 sets OCIO, and says so on standard output where it finds it set
+        variables = {name: value for name, value in os.environ.items() if name != "OCIO"}
+        answer = subprocess.run(
+            [
+                *interpreter,
+                "-c",
+                (setup_blender if blender else setup) + code,
+                *map(str, arguments),
+            ],
+            env=variables,
+            cwd=cwd,
+            capture_output=True,
+            text=True,
+        )
+        assert answer.returncode == 0, answer.stdout + answer.stderr
+        assert "Warning" not in answer.stderr, answer.stderr
+        assert "Traceback" not in answer.stderr, answer.stderr
+        return answer.stdout
+
+    return run

@@ -1,0 +1,183 @@
+"""The checkout as Blender's own tools see it: validated, built, installed."""
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from runner.environment import CHECKOUT
+
+# What an installed copy needs, and the folders that it has.
+NEEDED = {
+    "__init__.py",
+    "blender_manifest.toml",
+    "LICENSE",
+    "fitter/__init__.py",
+    "fitter/fit.py",
+    "nfm_addon/__init__.py",
+    "nfm_addon/operators/import_measurement.py",
+    "osl/generate.py",
+    "osl/nfm_surface.osl.in",
+    "osl/lookup.osl.in",
+    "osl/sampling.osl.in",
+    "osl/reference.osl.in",
+    "osl/cosine.osl.in",
+}
+FOLDERS = {"fitter", "nfm_addon", "osl"}
+
+
+@pytest.fixture(scope="session")
+def blender_ext(extension):
+    """Blender's command-line tool for extensions, run with plain Python."""
+    import bpy
+
+    scripts = Path(bpy.utils.resource_path("LOCAL"), "scripts")
+    tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+
+    def run(*arguments):
+        answer = subprocess.run(
+            [sys.executable, tool, *map(str, arguments)], capture_output=True, text=True
+        )
+        assert answer.returncode == 0, answer.stdout + answer.stderr
+        assert "error" not in answer.stdout.lower()
+        assert "warning" not in answer.stdout.lower()
+        assert answer.stderr == ""
+        return answer.stdout
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def package(blender_ext, tmp_path_factory):
+    """The zip that Blender builds of the checkout."""
+    folder = tmp_path_factory.mktemp("package")
+    blender_ext("build", "--source-dir", CHECKOUT, "--output-dir", folder)
+    (path,) = folder.iterdir()
+    return path
+
+
+def names_in(path):
+    with zipfile.ZipFile(path) as archive:
+        return {name for name in archive.namelist() if not name.endswith("/")}
+
+
+def test_blender_accepts_the_checkout(blender_ext):
+    assert "Success" in blender_ext("validate", CHECKOUT)
+
+
+def test_blender_accepts_the_package(blender_ext, package):
+    assert package.name == "nfm-0.1.0.zip"
+    assert "Success" in blender_ext("validate", package)
+
+
+def test_package_holds_what_is_needed(package):
+    names = names_in(package)
+    assert names >= NEEDED
+    # all of it: nothing that the checkout imports is missing
+    for folder in FOLDERS:
+        tracked = {
+            str(path.relative_to(CHECKOUT))
+            for pattern in ("*.py", "*.osl.in")
+            for path in (CHECKOUT / folder).rglob(pattern)
+            if "__pycache__" not in path.parts
+        }
+        assert {name for name in names if name.startswith(f"{folder}/")} == tracked
+
+
+def test_package_holds_nothing_of_the_workshop(package):
+    names = names_in(package)
+    workshop = {"tests", "runner", "benchmarks", "docs", "nfm", "pyproject.toml"}
+    assert not [name for name in names if name.split("/")[0] in workshop]
+    assert not [name for name in names if any(part.startswith(".") for part in name.split("/"))]
+    assert not [name for name in names if "__pycache__" in name or name.endswith((".pyc", ".zip"))]
+
+
+def test_leftovers_of_work_stay_out(blender_ext, tmp_path):
+    """Files that people and tools leave in a checkout."""
+    checkout = tmp_path / "checkout"
+    left = [
+        *(".git/config", ".nfm/python3.13/stamp", ".gitignore", ".ci/run", ".ruff_cache/x"),
+        *("tests/osl/x.py", "docs/picture.png", "benchmarks/x.py", "runner/x.py"),
+        *("fitter/__pycache__/x.pyc", "nfm", "pyproject.toml", "nfm-0.1.0.zip"),
+    ]
+    kept = ["__init__.py", "blender_manifest.toml", "fitter/nfm.py", "osl/docs.osl.in"]
+    for name in (*left, *kept):
+        path = checkout / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    for name in ("__init__.py", "blender_manifest.toml"):
+        (checkout / name).write_bytes((CHECKOUT / name).read_bytes())
+    output = tmp_path / "nfm.zip"
+    blender_ext("build", "--source-dir", checkout, "--output-filepath", output)
+    assert names_in(output) == set(kept)
+
+
+def test_results_of_the_demo_stay_out(blender_ext, tmp_path):
+    """./nfm demo writes 35 MB into the current folder, which is often the checkout."""
+    checkout = tmp_path / "checkout"
+    (checkout / "nfm-demo").mkdir(parents=True)
+    (checkout / "nfm-demo" / "sample.binary").touch()
+    (checkout / "copper.nfm.json").touch()
+    for name in ("__init__.py", "blender_manifest.toml"):
+        (checkout / name).write_bytes((CHECKOUT / name).read_bytes())
+    output = tmp_path / "nfm.zip"
+    blender_ext("build", "--source-dir", checkout, "--output-filepath", output)
+    assert names_in(output) == {"__init__.py", "blender_manifest.toml"}
+
+
+INSTALL_AND_RENDER = """
+package, parameters, picture = sys.argv[1:]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+done = bpy.ops.extensions.package_install_files(
+    filepath=package, repo="user_default", enable_on_install=True
+)
+assert done == {"FINISHED"}
+root = sys.modules["bl_ext.user_default.nfm"]
+
+mesh = bpy.data.meshes.new("Square")
+mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
+square = bpy.data.objects.new("Square", mesh)
+camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 1, (0, 0, 2)
+scene = bpy.context.scene
+for item in (square, camera):
+    scene.collection.objects.link(item)
+scene.camera = camera
+bpy.context.view_layer.objects.active = square
+bpy.ops.nfm.import_measurement(filepath=parameters)
+
+import importlib, pkgutil
+for module in pkgutil.walk_packages(root.__path__, root.__name__ + "."):
+    module.name.endswith("__main__") or importlib.import_module(module.name)
+from bl_ext.user_default.nfm.nfm_addon import rendering, standard_sphere
+scene.world = standard_sphere.new_world(None)
+rendering.render_settings(scene, 8, 8, 256, 0)
+rendering.render_to_file(scene, Path(picture))
+print("installed in", root.__file__)
+assert not [name for name in sys.modules if name in ("fitter", "osl", "runner")]
+"""
+
+
+def test_installed_copy_imports_and_renders(
+    addon, fitted, package, parameter_path, run_python, tmp_path, monkeypatch
+):
+    """The directional albedo appears under uniform white light."""
+    import numpy as np
+
+    from fitter.tables import directional_albedo
+
+    user, elsewhere = tmp_path / "user", tmp_path / "elsewhere"
+    user.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.setenv("BLENDER_USER_RESOURCES", str(user))
+    picture = tmp_path / "picture.exr"
+    output = run_python(INSTALL_AND_RENDER, package, parameter_path, picture, cwd=elsewhere)
+    installed = output.splitlines()[-1].removeprefix("installed in ")
+    assert installed == str(user / "extensions" / "user_default" / "nfm" / "__init__.py")
+    np.testing.assert_allclose(
+        addon("images").read_linear(picture).mean((0, 1)),
+        directional_albedo(fitted.model, np.zeros(1))[0],
+        rtol=2e-2,
+    )

@@ -1,0 +1,374 @@
+"""bpy.ops.nfm.import_measurement."""
+
+import importlib
+import os
+import tempfile
+
+import numpy as np
+import pytest
+
+from fitter import merl, parameter_file, synthetic
+from fitter.parameter_file import FittedMaterial
+
+
+@pytest.fixture
+def import_file(addon, blender):
+    def run(path, **options):
+        return blender.ops.nfm.import_measurement(filepath=os.fspath(path), **options)
+
+    return run
+
+
+@pytest.fixture
+def slots():
+    """Materials in the slots of an object."""
+
+    def of(item):
+        return [slot.material and slot.material.name for slot in item.material_slots]
+
+    return of
+
+
+def linked_from_file(blender, tmp_path, names):
+    """Write datablocks to a library, empty the scene and link them from there."""
+    path = tmp_path / "library.blend"
+    kinds = {
+        kind: [item for item in getattr(blender.data, kind) if item.name in names]
+        for kind in ("meshes", "objects")
+    }
+    blender.data.libraries.write(str(path), {item for kind in kinds.values() for item in kind})
+    wanted = {kind: [item.name for item in items] for kind, items in kinds.items()}
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with blender.data.libraries.load(str(path), link=True) as (_, target):
+        target.meshes, target.objects = wanted["meshes"], wanted["objects"]
+    return target
+
+
+def activate(blender, item):
+    blender.context.scene.collection.objects.link(item)
+    blender.context.view_layer.objects.active = item
+
+
+# ---- where the material goes ----
+
+
+def test_object_without_slots_gets_one(import_file, parameter_path, mesh_object, slots):
+    item = mesh_object()
+    assert import_file(parameter_path) == {"FINISHED"}
+    assert slots(item) == ["blue plastic"]
+    assert item.material_slots[0].link == "DATA"
+
+
+def test_active_slot_is_replaced(import_file, parameter_path, mesh_object, slots):
+    item = mesh_object(slots=3)
+    item.active_material_index = 1
+    import_file(parameter_path)
+    assert slots(item) == ["old 0", "blue plastic", "old 2"]
+
+
+def test_active_camera_is_left_alone(blender, import_file, parameter_path, capfd):
+    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
+    activate(blender, camera)
+    assert import_file(parameter_path) == {"FINISHED"}
+    assert blender.data.materials["blue plastic"].use_fake_user
+    assert "no active object takes materials" in capfd.readouterr().out
+
+
+def test_no_active_object(blender, import_file, parameter_path, capfd):
+    assert blender.context.active_object is None
+    assert import_file(parameter_path) == {"FINISHED"}
+    material = blender.data.materials["blue plastic"]
+    assert material.use_fake_user
+    assert "Warning: blue plastic: no active object takes" in capfd.readouterr().out
+
+
+def test_material_on_an_object_needs_no_fake_user(
+    blender, import_file, parameter_path, mesh_object
+):
+    mesh_object()
+    import_file(parameter_path)
+    assert not blender.data.materials["blue plastic"].use_fake_user
+
+
+def test_linked_mesh_with_a_slot_is_overridden_on_the_object(
+    blender, import_file, parameter_path, mesh_object, slots, tmp_path
+):
+    mesh_object(slots=1)
+    library = linked_from_file(blender, tmp_path, {"Thing"})
+    item = blender.data.objects.new("Local", library.meshes[0])
+    activate(blender, item)
+    assert import_file(parameter_path) == {"FINISHED"}
+    assert slots(item) == ["blue plastic"]
+    assert item.material_slots[0].link == "OBJECT"
+    assert [material.name for material in item.data.materials] == ["old 0"]
+
+
+def test_linked_mesh_without_slots_cannot_take_it(
+    blender, import_file, parameter_path, mesh_object, slots, tmp_path
+):
+    mesh_object()
+    library = linked_from_file(blender, tmp_path, {"Thing"})
+    item = blender.data.objects.new("Local", library.meshes[0])
+    activate(blender, item)
+    assert import_file(parameter_path) == {"FINISHED"}
+    assert slots(item) == []
+    assert blender.data.materials["blue plastic"].use_fake_user
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_linked_object_cannot_take_it(
+    count, blender, import_file, parameter_path, mesh_object, slots, tmp_path
+):
+    mesh_object(slots=count)
+    library = linked_from_file(blender, tmp_path, {"Thing"})
+    item = library.objects[0]
+    activate(blender, item)
+    assert import_file(parameter_path) == {"FINISHED"}
+    assert slots(item) == ["old 0"][:count]
+    assert [slot.link for slot in item.material_slots] == ["DATA"][:count]
+    assert blender.data.materials["blue plastic"].use_fake_user
+
+
+# ---- what is made ----
+
+
+def test_makes_a_material_a_group_and_a_text(
+    blender, addon, import_file, parameter_path, mesh_object, all_names
+):
+    item = mesh_object()
+    before = all_names()
+    import_file(parameter_path)
+    after = all_names()
+    new = {kind: sorted(set(after[kind]) - set(before[kind])) for kind in after}
+    assert {kind: names for kind, names in new.items() if names} == {
+        "materials": ["blue plastic"],
+        "node_groups": ["NFM BRDF"],
+        "texts": ["blue plastic.osl"],
+    }
+    script = addon("material").find_script_node(item.active_material)
+    assert script.script == blender.data.texts["blue plastic.osl"]
+    # they vanish together with the material
+    assert script.script.users == 1
+    assert not script.script.use_fake_user
+    assert blender.data.node_groups["NFM BRDF"].users == 1
+
+
+def test_leaves_no_temporary_files(import_file, parameter_path, mesh_object, tmp_path, monkeypatch):
+    mesh_object()
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    import_file(parameter_path)
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("engine", ["BLENDER_WORKBENCH", "EEVEE", "CYCLES"])
+def test_compiles_under_any_engine(
+    engine, blender, addon, import_file, parameter_path, mesh_object
+):
+    if engine == "EEVEE":
+        engine = "BLENDER_EEVEE_NEXT" if blender.app.version < (5, 0) else "BLENDER_EEVEE"
+    blender.context.scene.render.engine = engine
+    item = mesh_object()
+    import_file(parameter_path)
+    assert blender.context.scene.render.engine == engine
+    script = addon("material").find_script_node(item.active_material)
+    assert script.bytecode.startswith("OpenShadingLanguage")
+    assert len(script.bytecode_hash) == 32
+    assert script.outputs["BSDF"].is_linked
+
+
+def test_fields_are_filled(blender, import_file, parameter_path, mesh_object):
+    item = mesh_object()
+    import_file(parameter_path, sampling="COSINE")
+    settings = item.active_material.nfm
+    assert settings.source == "blue.binary"
+    assert settings.source_format == "MERL"
+    assert settings.model == "shared3"
+    assert settings.objective == pytest.approx(0.00125)
+    assert settings.iterations == 57
+    assert settings.mean_log_error == 0.125
+    assert settings.largest_directional_albedo == 0.75
+    assert settings.sampling == "COSINE"
+
+
+def test_material_holds_the_model_of_the_file(addon, import_file, parameter_path, mesh_object):
+    item = mesh_object()
+    import_file(parameter_path)
+    assert item.active_material.nfm.parameters == parameter_path.read_text(encoding="utf-8")
+    loaded = addon("material").fitted_material(item.active_material)
+    expected = parameter_file.load(parameter_path)
+    for name in ("diffuse", "scale", "ndf", "masking", "fresnel"):
+        np.testing.assert_array_equal(getattr(loaded.model, name), getattr(expected.model, name))
+
+
+@pytest.mark.parametrize("iterations", [10**12, -(10**12), 3.5, 3])
+def test_strange_figures_do_no_harm(
+    iterations, import_file, fitted, mesh_object, tmp_path, all_names
+):
+    path = tmp_path / "strange.nfm.json"
+    fit = {"objective": 3, "iterations": iterations, "mean_log_error": "none"}
+    parameter_file.save(path, FittedMaterial("strange", fitted.model, None, fit))
+    item = mesh_object()
+    assert import_file(path) == {"FINISHED"}
+    settings = item.active_material.nfm
+    assert settings.iterations == np.clip(int(iterations), -(2**31) + 1, 2**31 - 1)
+    assert (settings.objective, settings.mean_log_error, settings.source) == (3, 0, "")
+
+
+def test_imports_are_independent(blender, addon, import_file, parameter_path, mesh_object):
+    materials = []
+    for _ in range(2):
+        item = mesh_object()
+        import_file(parameter_path)
+        materials.append(item.active_material)
+    assert [material.name for material in materials] == ["blue plastic", "blue plastic.001"]
+    first, second = (addon("material").find_script_node(material) for material in materials)
+    assert first.id_data != second.id_data
+    assert first.script != second.script
+    before = (first.script.as_string(), first.bytecode)
+    materials[1].nfm.sampling = "COSINE"
+    assert (first.script.as_string(), first.bytecode) == before
+    assert second.bytecode != first.bytecode
+    assert materials[0].nfm.sampling == "REFERENCE"
+
+
+def test_fits_a_merl_file(
+    blender, addon, extension, import_file, mesh_object, tmp_path, monkeypatch, slots
+):
+    """The whole way from a measured file, with a fit cut short."""
+    fit = importlib.import_module(f"{extension.__name__}.fitter.fit")
+    for name, value in {
+        "EXPLORE_SWEEPS": 4,
+        "EXPLORE_JOINT_STEPS": 0,
+        "REFINE_ROUNDS": 1,
+        "REFINE_JOINT_STEPS": 1,
+        "POLISH_JOINT_STEPS": 0,
+        "POLISH_ANGLES": 180,
+        "COARSE_ANGLES": 180,
+        "COARSE_PHI_GROUP": 15,
+        "STARTS": fit.STARTS[:1],
+    }.items():
+        assert hasattr(fit, name)
+        monkeypatch.setattr(fit, name, value)
+    path = tmp_path / "rough copper.binary"
+    synthetic.write_sample(path, "brushed-copper")
+    item = mesh_object()
+    assert import_file(path) == {"FINISHED"}
+    assert slots(item) == ["rough copper"]
+    settings = item.active_material.nfm
+    assert settings.source == "rough copper.binary"
+    assert settings.source_format == merl.read(path).source.format
+    assert 0 < settings.objective < 1e-2
+    assert 0 < settings.mean_log_error < 0.2
+    assert 0.5 < settings.largest_directional_albedo < 1.1
+    # 4 sweeps, a joint step and a sweep, the first and the last of the polish
+    assert settings.iterations == 8
+    # it has the colour of copper; its brightness takes a longer fit
+    up = np.array([[0.0, 0.0, 1.0]])
+    model = addon("material").fitted_material(item.active_material).model
+    found, expected = model.f_r(up, up)[0], synthetic.SAMPLES["brushed-copper"].f_r(up, up)[0]
+    np.testing.assert_allclose(found / found[0], expected / expected[0], rtol=0.05)
+
+
+# ---- what goes wrong ----
+
+BROKEN = {
+    "missing.binary": (None, "missing.binary: no such file"),
+    "missing.nfm.json": (None, "missing.nfm.json: no such file"),
+    "truncated.binary": (merl.HEADER + bytes(1000), "truncated.binary: 1,012 bytes"),
+    "broken.nfm.json": (b'{"format": "nfm", ', "broken.nfm.json: not valid JSON"),
+    "foreign.nfm.json": (b'{"format": "gltf"}', 'foreign.nfm.json: no "format"'),
+    "new\nline.binary": (bytes(7), r"new\\nline.binary: 7 bytes"),
+    "new\nline missing.binary": (None, r"new\\nline missing.binary: no such file"),
+    "folder.binary": ("folder", "folder.binary: a folder"),
+    "empty.binary": (b"", "empty.binary: "),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN, ids=lambda name: name.replace("\n", "|"))
+def test_unusable_file_is_refused_and_leaves_nothing(
+    name, blender, import_file, mesh_object, slots, all_names, tmp_path
+):
+    content, message = BROKEN[name]
+    path = tmp_path / name
+    if content == "folder":
+        path.mkdir()
+    elif content is not None:
+        path.write_bytes(content)
+    item = mesh_object(slots=2)
+    before = all_names()
+    with pytest.raises(RuntimeError, match=message) as caught:
+        import_file(path)
+    # one line for the user, and not Blender's report of a Python error
+    assert str(caught.value).count("\n") == 1
+    assert str(caught.value).startswith("Error: ")
+    assert "Python" not in str(caught.value)
+    assert all_names() == before
+    assert slots(item) == ["old 0", "old 1"]
+
+
+def test_shader_that_does_not_compile_leaves_nothing(
+    addon, import_file, parameter_path, mesh_object, slots, all_names, monkeypatch
+):
+    monkeypatch.setattr(addon("material"), "surface_source", lambda *_: "shader broken(")
+    item = mesh_object(slots=1)
+    before = all_names()
+    with pytest.raises(RuntimeError, match="Error: Cycles could not compile the shader"):
+        import_file(parameter_path)
+    assert all_names() == before
+    assert slots(item) == ["old 0"]
+
+
+# ---- undo ----
+#
+# In the background Blender keeps no undo steps until ed.undo_push is called for the first time.
+# From then on undo and redo work as in a window (4.5 and 5.2 alike). An operator called from
+# Python makes a step of its own only if the call says so: bpy.ops.x.y('EXEC_DEFAULT', True, ...).
+
+
+def test_undo_and_redo_around_an_import(
+    blender, import_file, parameter_path, mesh_object, slots, all_names
+):
+    mesh_object(slots=1)
+    blender.ops.ed.undo_push(message="before")
+    before = all_names()
+    import_file(parameter_path)
+    blender.ops.ed.undo_push(message="after")
+
+    assert blender.ops.ed.undo() == {"FINISHED"}
+    assert slots(blender.data.objects["Thing"]) == ["old 0"]
+    assert all_names() == before
+    assert blender.ops.ed.redo() == {"FINISHED"}
+    assert slots(blender.data.objects["Thing"]) == ["blue plastic"]
+
+
+def test_import_is_one_undo_step(
+    blender, addon, parameter_path, mesh_object, slots, render, sphere_scene
+):
+    mesh_object()
+    blender.ops.ed.undo_push(message="before")
+    blender.ops.nfm.import_measurement("EXEC_DEFAULT", True, filepath=str(parameter_path))
+    assert blender.ops.ed.undo() == {"FINISHED"}
+    assert slots(blender.data.objects["Thing"]) == []
+    assert "blue plastic" not in blender.data.materials
+    assert blender.ops.ed.redo() == {"FINISHED"}
+    assert slots(blender.data.objects["Thing"]) == ["blue plastic"]
+    # what came back is alive: its shader renders, and can be written anew
+    material = blender.data.materials["blue plastic"]
+    assert render(sphere_scene(material)).std() > 0.01
+    material.nfm.sampling = "COSINE"
+    assert addon("material").find_script_node(material).inputs["Candidates"].is_linked is False
+
+
+def test_refused_file_is_no_undo_step(blender, addon, mesh_object, slots, tmp_path):
+    item = mesh_object()
+    blender.ops.ed.undo_push(message="before")
+    item.data.materials.append(None)
+    blender.ops.ed.undo_push(message="a slot")
+    with pytest.raises(RuntimeError, match="no such file"):
+        blender.ops.nfm.import_measurement(
+            "EXEC_DEFAULT", True, filepath=str(tmp_path / "none.binary")
+        )
+    blender.ops.ed.undo()
+    assert slots(blender.data.objects["Thing"]) == []

@@ -1,0 +1,339 @@
+"""Material, node group, Script node and Text."""
+
+import tempfile
+
+import numpy as np
+import pytest
+
+from fitter.parameter_file import FittedMaterial
+from tests.models import MODELS
+
+BROKEN_SHADER = "shader nfm_surface(output closure color BSDF = 0) { this is not OSL }"
+
+HOSTILE_NAMES = [
+    '"); } shader evil() {}',
+    "*/ #include </etc/passwd>",
+    "two\nlines\r\nand a tab\t",
+    "$ndf ${scale} %s {0} \\n \\",
+    "../../../outside",
+    "\u202egnp.kcalb\u202c \N{SNOWMAN}",
+    "n" * 1024,
+    "",
+]
+
+
+@pytest.fixture
+def build(addon, fitted):
+    def make(model=None, sampling="REFERENCE", name=None):
+        if model is not None or name is not None:
+            fresh = FittedMaterial("test" if name is None else name, model or fitted.model)
+            return addon("material").build(fresh, sampling)
+        return addon("material").build(fitted, sampling)
+
+    return make
+
+
+@pytest.fixture
+def script_of(addon):
+    return addon("material").find_script_node
+
+
+@pytest.fixture
+def errors(addon):
+    return addon("errors")
+
+
+def group_node(material):
+    return material.node_tree.nodes["NFM BRDF"]
+
+
+# ---- what is built ----
+
+
+def test_sockets_of_the_group(build, fitted):
+    node = group_node(build())
+    assert [(socket.name, socket.type) for socket in node.inputs] == [
+        ("Diffuse", "RGBA"),
+        ("Lobe 1 Scale", "RGBA"),
+        ("Lobe 2 Scale", "RGBA"),
+        ("Lobe 3 Scale", "RGBA"),
+        ("Normal", "VECTOR"),
+    ]
+    assert [(socket.name, socket.type) for socket in node.outputs] == [("BSDF", "SHADER")]
+    diffuse, *lobes, normal = node.inputs
+    np.testing.assert_allclose(diffuse.default_value[:3], np.pi * fitted.model.diffuse, rtol=1e-6)
+    assert diffuse.default_value[3] == 1
+    for lobe in lobes:
+        assert tuple(lobe.default_value) == (1, 1, 1, 1)
+    assert tuple(normal.default_value) == (0, 0, 0)
+    assert normal.hide_value
+
+
+def test_script_node_inside_the_group(build, script_of):
+    script = script_of(build())
+    assert {socket.name: socket.is_linked for socket in script.inputs} == {
+        "Diffuse": True,
+        "Lobe 1 Scale": True,
+        "Lobe 2 Scale": True,
+        "Lobe 3 Scale": True,
+        "Normal": True,
+        "Candidates": False,
+        "Light Direction": False,
+        "View Direction": False,
+    }
+    assert {socket.name: socket.is_linked for socket in script.outputs} == {
+        "Value": False,
+        "BSDF": True,
+    }
+    for socket in (*script.inputs, *script.outputs):
+        assert socket.hide != socket.is_linked
+    assert script.inputs["Candidates"].default_value == 4
+    assert script.mode == "INTERNAL"
+    assert script.bytecode
+
+
+def test_surface_is_the_group(build):
+    material = build()
+    output = next(node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
+    assert output.inputs["Surface"].links[0].from_node == group_node(material)
+    assert len(material.node_tree.nodes) == 2
+
+
+@pytest.mark.parametrize("name", HOSTILE_NAMES, ids=ascii)
+def test_name_does_not_reach_the_shader(name, build, script_of):
+    plain, hostile = build(name="plain"), build(name=name)
+    assert script_of(hostile).script.as_string() == script_of(plain).script.as_string()
+    assert script_of(hostile).bytecode
+    # nor does a later one
+    plain.nfm.sampling = "COSINE"
+    hostile.name = name[::-1] + '"\n'
+    hostile.nfm.sampling = "COSINE"
+    assert script_of(hostile).script.as_string() == script_of(plain).script.as_string()
+    assert "cos_i / pi" in script_of(plain).script.as_string()
+
+
+# ---- errors ----
+
+
+def test_failed_compilation_leaves_nothing(addon, build, errors, all_names, monkeypatch, tmp_path):
+    monkeypatch.setattr(addon("material"), "surface_source", lambda *_: BROKEN_SHADER)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    before = all_names()
+    with pytest.raises(errors.ShaderError, match=r"could not compile .*'test\.osl'; see the con"):
+        build(MODELS["matte"])
+    assert all_names() == before
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_blender_without_osl_says_so(build, errors, all_names, monkeypatch):
+    import _cycles
+
+    monkeypatch.setattr(_cycles, "with_osl", False)
+    before = all_names()
+    with pytest.raises(errors.ShaderError, match="built without Open Shading Language"):
+        build()
+    assert all_names() == before
+
+
+def test_find_script_node_in_a_material_without_nodes(blender, script_of, errors):
+    plain = blender.data.materials.new("plain")
+    with pytest.raises(errors.ShaderError, match="material 'plain' has no NFM BRDF node any more"):
+        script_of(plain)
+
+
+@pytest.mark.parametrize("damage", ["group removed", "group emptied", "script removed"])
+def test_find_script_node_in_a_damaged_material(damage, build, script_of, errors):
+    material = build()
+    node = group_node(material)
+    if damage == "group removed":
+        material.node_tree.nodes.remove(node)
+    elif damage == "group emptied":
+        node.node_tree = None
+    else:
+        node.node_tree.nodes.remove(script_of(material))
+    with pytest.raises(errors.ShaderError, match="import it again"):
+        script_of(material)
+
+
+def test_find_script_node_passes_by_other_groups(blender, build, script_of):
+    material = build()
+    expected = script_of(material)
+    nodes = material.node_tree.nodes
+    other = blender.data.node_groups.new("Other", "ShaderNodeTree")
+    for tree in (other, None):
+        nodes.new("ShaderNodeGroup").node_tree = tree
+    ours = nodes.new("ShaderNodeGroup")
+    ours.node_tree = expected.id_data
+    nodes.remove(group_node(material))
+    assert script_of(material) == expected
+
+
+@pytest.mark.parametrize("parameters", ["", "{", '{"format": "nfm"}', "[]"])
+def test_damaged_parameters_leave_the_shader(parameters, addon, build, script_of, errors):
+    material = build()
+    script = script_of(material)
+    before = (script.script.as_string(), script.bytecode, len(script.inputs))
+    material.nfm.parameters = parameters
+    with pytest.raises(errors.NfmError, match=r"^material 'blue plastic': "):
+        addon("material").update_shader(material)
+    assert (script.script.as_string(), script.bytecode, len(script.inputs)) == before
+
+
+def test_damaged_parameters_do_not_break_the_property(build, script_of, capfd):
+    material = build()
+    before = script_of(material).bytecode
+    material.nfm.parameters = "{"
+    material.nfm.sampling = "COSINE"
+    assert "nfm: material 'blue plastic': not valid JSON" in capfd.readouterr().out
+    assert script_of(material).bytecode == before
+
+
+def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkeypatch):
+    material = build()
+    script = script_of(material)
+    before = (script.script.as_string(), script.bytecode, script.bytecode_hash)
+    links = len(script.id_data.links)
+    monkeypatch.setattr(addon("material"), "surface_source", lambda *_: BROKEN_SHADER)
+    with pytest.raises(errors.ShaderError):
+        addon("material").update_shader(material)
+    assert (script.script.as_string(), script.bytecode, script.bytecode_hash) == before
+    assert len(script.id_data.links) == links
+
+
+# ---- changes ----
+
+
+def test_sampling_writes_the_shader_anew(build, script_of):
+    material = build()
+    script = script_of(material)
+    source, bytecode, key = script.script.as_string(), script.bytecode, script.bytecode_hash
+    material.nfm.sampling = "COSINE"
+    assert script_of(material) == script
+    assert "sample_versine(min(" in source
+    assert "sample_versine(min(" not in script.script.as_string()
+    assert script.bytecode != bytecode
+    assert script.bytecode_hash != key
+    material.nfm.sampling = "REFERENCE"
+    assert script.script.as_string() == source
+
+
+def test_sampling_keeps_values_and_links(blender, build, script_of):
+    material = build()
+    node, script = group_node(material), script_of(material)
+    node.inputs["Diffuse"].default_value = (0.1, 0.2, 0.3, 1)
+    node.inputs["Lobe 2 Scale"].default_value = (2, 1, 0.5, 1)
+    script.inputs["Candidates"].default_value = 5
+    tree = material.node_tree
+    color = tree.nodes.new("ShaderNodeRGB")
+    tree.links.new(color.outputs[0], node.inputs["Lobe 1 Scale"])
+    texts = len(blender.data.texts)
+
+    material.nfm.sampling = "COSINE"
+    assert tuple(node.inputs["Diffuse"].default_value) == pytest.approx((0.1, 0.2, 0.3, 1))
+    assert tuple(node.inputs["Lobe 2 Scale"].default_value) == (2, 1, 0.5, 1)
+    assert node.inputs["Lobe 1 Scale"].links[0].from_node == color
+    assert script.inputs["Candidates"].default_value == 5
+    linked = [socket.name for socket in script.inputs if socket.is_linked]
+    assert linked == ["Diffuse", "Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale", "Normal"]
+    assert script.outputs["BSDF"].is_linked
+    assert len(blender.data.texts) == texts
+
+
+def test_sampling_of_other_materials_is_nobody_s_business(blender):
+    material = blender.data.materials.new("plain")
+    material.nfm.sampling = "COSINE"
+    assert material.nfm.sampling == "COSINE"
+
+
+# ---- what is rendered ----
+
+
+def test_sampling_changes_the_noise_and_not_the_mean(build, render, sphere_scene):
+    material = build(MODELS["matte"])
+    pictures = [render(sphere_scene(material, samples=64))]
+    material.nfm.sampling = "COSINE"
+    pictures.append(render(sphere_scene(material, samples=64)))
+    assert (pictures[0] != pictures[1]).any()
+    assert pictures[0].mean() == pytest.approx(pictures[1].mean(), rel=5e-3)
+
+
+def test_normal_is_that_of_the_geometry_unless_linked(build, render, sphere_scene):
+    material = build()
+    scene = sphere_scene(material)
+    unlinked = render(scene)
+    tree = material.node_tree
+    geometry = tree.nodes.new("ShaderNodeNewGeometry")
+    tree.links.new(geometry.outputs["Normal"], group_node(material).inputs["Normal"])
+    np.testing.assert_allclose(render(scene), unlinked, rtol=1e-3)
+    # a vector of no direction counts as unlinked; a constant one Cycles would drop
+    zero = tree.nodes.new("ShaderNodeAttribute")
+    zero.attribute_name = "there is none"
+    tree.links.new(zero.outputs["Vector"], group_node(material).inputs["Normal"])
+    np.testing.assert_allclose(render(scene), unlinked, rtol=1e-3)
+
+
+@pytest.mark.parametrize("color", [(0.9, 0.2, 0.6, 1), (0.5, 0.5, 0.5, 1), (0, 1, 0, 1)])
+@pytest.mark.parametrize("sampling", ["REFERENCE", "COSINE"])
+def test_normal_map_changes_the_picture(color, sampling, build, render, sphere_scene):
+    material = build(MODELS["metal"], sampling)
+    scene = sphere_scene(material, samples=16)
+    before = render(scene)
+    tree = material.node_tree
+    bumps = tree.nodes.new("ShaderNodeNormalMap")
+    bumps.space = "WORLD"  # needs no UV map
+    bumps.inputs["Color"].default_value = color
+    tree.links.new(bumps.outputs["Normal"], group_node(material).inputs["Normal"])
+    pixels = render(scene)
+    assert np.isfinite(pixels).all()
+    assert (pixels >= 0).all()
+    if color == (0.5, 0.5, 0.5, 1):
+        return  # no direction at all: Blender or the shader falls back to the geometry
+    assert np.abs(pixels - before).mean() > 0.01
+
+
+# ---- saved files ----
+
+
+@pytest.fixture
+def saved(blender, build, render, sphere_scene, tmp_path):
+    """A .blend with the material on the standard sphere, and its picture."""
+    pixels = render(sphere_scene(build()))
+    assert pixels.std() > 0.01
+    path = tmp_path / "saved.blend"
+    blender.ops.wm.save_as_mainfile(filepath=str(path))
+    return path, pixels
+
+
+def test_reopened_file_renders_the_same(blender, saved, render, script_of, fitted):
+    path, pixels = saved
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert "NFM Standard Sphere" not in blender.data.scenes
+    blender.ops.wm.open_mainfile(filepath=str(path))
+    np.testing.assert_array_equal(render(blender.data.scenes["NFM Standard Sphere"]), pixels)
+    material = blender.data.materials["blue plastic"]
+    assert material.nfm.source == "blue.binary"
+    assert material.nfm.sampling == "REFERENCE"
+    assert material.nfm.iterations == 57
+    # the extension goes on working with it
+    before = script_of(material).bytecode
+    material.nfm.sampling = "COSINE"
+    assert script_of(material).bytecode != before
+
+
+RENDER_WITHOUT_EXTENSION = """
+assert not [name for name in sys.modules if "nfm" in name]
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+assert not hasattr(bpy.types.Material, "nfm")
+scene = bpy.data.scenes["NFM Standard Sphere"]
+scene.render.filepath = sys.argv[2]
+scene.render.image_settings.file_format = "OPEN_EXR"
+scene.render.image_settings.color_depth = "32"
+bpy.ops.render.render(write_still=True, scene=scene.name)
+"""
+
+
+def test_file_renders_the_same_without_the_extension(saved, addon, run_python, tmp_path):
+    path, pixels = saved
+    picture = tmp_path / "without.exr"
+    run_python(RENDER_WITHOUT_EXTENSION, path, picture)
+    np.testing.assert_array_equal(addon("images").read_linear(picture), pixels)
