@@ -69,16 +69,27 @@ def normalized(vectors: np.ndarray) -> np.ndarray:
 
 def polar_angle(vectors: np.ndarray) -> np.ndarray:
     """Angle to +z of unit vectors (..., 3), precise at both ends (arccos loses digits at 0)."""
-    return np.arctan2(np.hypot(vectors[..., 0], vectors[..., 1]), vectors[..., 2])
+    x, y, z = _components(vectors)
+    return np.arctan2(np.hypot(x, y), z)
 
 
 def half_angles(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """theta_h and theta_d of unit directions (..., 3); symmetric in wi and wo to the last bit."""
     total = wi + wo
-    theta_h = np.arctan2(np.hypot(total[..., 0], total[..., 1]), total[..., 2])
+    x, y, z = _components(total)
+    theta_h = np.arctan2(np.hypot(x, y), z)
     # |wi + wo| = 2 cos theta_d, |wi - wo| = 2 sin theta_d
     theta_d = np.arctan2(np.linalg.norm(wi - wo, axis=-1), np.linalg.norm(total, axis=-1))
     return theta_h, theta_d
+
+
+def _components(vectors: np.ndarray) -> np.ndarray:
+    """x, y and z of vectors (..., 3), each contiguous.
+
+    numpy 1.26 takes a vector or a scalar arctan2, which differ in the last bit, depending on where
+    a strided operand happens to lie in memory; the same file would not always give the same fit.
+    """
+    return np.ascontiguousarray(np.moveaxis(vectors, -1, 0))
 
 
 def rusinkiewicz_from_directions(
