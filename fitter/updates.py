@@ -48,13 +48,6 @@ def update_diffuse_and_scale(problem: Problem, moments: Moments, model: FactorMo
     return _better(problem, moments, model, replace(model, scale=floored, diffuse=x[:, n_lobes]))
 
 
-def update_diffuse(problem: Problem, moments: Moments, model: FactorModel) -> FactorModel:
-    """The best d_c >= 0 alone."""
-    specular = (amplitudes(model) * moments.kernel).sum((0, 1, 2))
-    diffuse = (problem.cell_target.sum((0, 1)) - specular) / problem.cell_weight.sum((0, 1))
-    return replace(model, diffuse=np.maximum(diffuse, 0))
-
-
 def update_ndf(problem: Problem, moments: Moments, model: FactorModel) -> FactorModel:
     """The best D_m >= 0, jointly for the lobes of each theta_h bin; negligible ones are held."""
     factor = model.scale[None] * model.fresnel.T[:, None, :]

@@ -7,7 +7,6 @@ import pytest
 from fitter import updates
 from fitter.problem import Problem, amplitudes
 from fitter.updates import (
-    update_diffuse,
     update_diffuse_and_scale,
     update_fresnel,
     update_masking,
@@ -18,7 +17,6 @@ from fitter.updates import (
 ROUNDING = 1e-12
 
 CLOSED_FORMS = {
-    update_diffuse: ("diffuse",),
     update_diffuse_and_scale: ("diffuse", "scale"),
     update_ndf: ("ndf",),
     update_fresnel: ("fresnel",),
