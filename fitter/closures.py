@@ -4,9 +4,9 @@
 A closure's value is f cos(theta_i), as Cycles evaluates it, for unit directions in the local frame
 (geometry.py) with wo in the x-z plane. Every closure is linear in a few numbers, its columns:
 
-- ``ggx`` and ``beckmann``: generalized_schlick_bsdf with exponent 5. Two columns, the reflectance at
-  normal incidence and at grazing: F = F0 (1 - s) + F90 s with s = (1 - cos theta_d)^5. Cycles clamps
-  or mispicks negative ones, so both must be >= 0.
+- ``ggx`` and ``beckmann``: generalized_schlick_bsdf with exponent 5. Two columns, the reflectance
+  at normal incidence and at grazing: F = F0 (1 - s) + F90 s with s = (1 - cos theta_d)^5. Cycles
+  clamps or mispicks negative ones, so both must be >= 0.
 - ``phong_ramp``: eight columns, the colours of a ramp over c = cos^exponent of the angle to the
   mirror direction of wo about the closure's own normal. Not clamped by Cycles: any sign.
 - ``diffuse_ramp``: eight columns, the colours of a ramp over cos(theta_i); any sign.

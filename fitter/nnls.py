@@ -38,3 +38,41 @@ def solve_nonnegative(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
             best[better] = candidate[better]
             best_value[better] = value[better]
     return best * scale
+
+
+def solve_partly_nonnegative(
+    matrix: np.ndarray, right: np.ndarray, nonnegative: np.ndarray
+) -> np.ndarray:
+    """Minimise x' A x - 2 b' x with x[nonnegative] >= 0 for one positive definite A (k, k).
+
+    The active-set method of Lawson and Hanson 1974 (ch. 23) on the normal equations, as Bro and
+    de Jong 1997, with the unconstrained variables free from the start. Returns x (k,).
+    """
+
+    def solve_free() -> np.ndarray:
+        out = np.zeros(len(right))
+        out[free] = np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+        return out
+
+    free = ~nonnegative
+    x = solve_free()
+    tolerance = 1e-9 * np.abs(right).max(initial=0)
+    for _ in range(3 * len(right)):  # the method ends by itself; this bounds rounding's cycles
+        gradient = np.where(free, -np.inf, right - matrix @ x)
+        candidate = int(gradient.argmax())
+        if not gradient[candidate] > tolerance:
+            break
+        free[candidate] = True
+        while True:
+            step = solve_free()
+            negative = free & nonnegative & (step <= 0)
+            if not negative.any():
+                x = step
+                break
+            # go as far as the first variable allows, and fix it at 0
+            share = x[negative] / (x[negative] - step[negative])
+            first = np.flatnonzero(negative)[share.argmin()]
+            x = x + share.min() * (step - x)
+            free[first] = False
+            x[~free] = 0
+    return x
