@@ -80,7 +80,7 @@ class BaseLobes:
     picking: np.ndarray
 
     def value(self, wi: np.ndarray, wo: np.ndarray, tints: np.ndarray | None = None) -> np.ndarray:
-        """f cos(theta_i) of the specular sum (n, 3), 1/sr, for wi (n, 3) and one wo (3,).
+        """Value f cos(theta_i) of the specular sum (n, 3), 1/sr, for wi (n, 3) and one wo (3,).
 
         tints : (lobes, 3) factors of the lobes; None is 1
         """

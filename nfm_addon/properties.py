@@ -15,6 +15,23 @@ from ..fitter.errors import NfmError
 
 SAMPLING_ITEMS = (
     (
+        "NATIVE",
+        "Native",
+        "Closures of Cycles that follow the measured lobes: lights are sampled, as clean as the "
+        "Principled BSDF, with a small error that is shown below",
+    ),
+    (
+        "SMOOTH",
+        "Smooth",
+        "Native plus a blurred correction: a smaller error for a little noise",
+    ),
+    (
+        "EXACT",
+        "Exact",
+        "Native plus the whole difference to the model, drawn at random: unbiased; lights of zero "
+        "radius show the native part only",
+    ),
+    (
         "REFERENCE",
         "Reference",
         "Importance sampling of the factors, unbiased; blind to lamps: small lights are noisy and "

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..fitter.base_lobes import BaseLobes, fit_base_lobes
 from ..fitter.model import FactorModel
 from ..fitter.tables import sampling_tables, selection_table, versine_nodes
 from ..osl import generate
@@ -13,21 +14,37 @@ from ..osl import generate
 def surface_source(model: FactorModel, sampling: str) -> str:
     """OSL source that renders the model; sampling is one of generate.SAMPLINGS."""
     tables = sampling_tables(model)
-
-    def flat(array: np.ndarray) -> list[float]:
-        return np.ravel(array).tolist()
-
+    base = None
+    if sampling in generate.BASE_SAMPLINGS:
+        base = _base_tables(fit_base_lobes(model))
     return generate.surface_shader(
         generate.SurfaceTables(
-            diffuse_albedo=flat(np.pi * model.diffuse),
-            scale=flat(model.scale),
-            ndf=flat(model.ndf),
-            masking=flat(model.masking),
-            fresnel=flat(model.fresnel),
-            nodes=flat(versine_nodes()),
-            density=flat(tables.density),
-            cumulative=flat(tables.cumulative),
-            selection=flat(selection_table(model)),
+            diffuse_albedo=_flat(np.pi * model.diffuse),
+            scale=_flat(model.scale),
+            ndf=_flat(model.ndf),
+            masking=_flat(model.masking),
+            fresnel=_flat(model.fresnel),
+            nodes=_flat(versine_nodes()),
+            density=_flat(tables.density),
+            cumulative=_flat(tables.cumulative),
+            selection=_flat(selection_table(model)),
         ),
         sampling,
+        base,
     )
+
+
+def _base_tables(base: BaseLobes) -> generate.BaseTables:
+    return generate.BaseTables(
+        kinds=[closure.kind for closure in base.closures],
+        parameters=[closure.parameter for closure in base.closures],
+        leans=[closure.lean for closure in base.closures],
+        angles=_flat(base.theta_o),
+        # the shader reads a column's three channels as one colour
+        weights=_flat(np.moveaxis(base.weights, 2, 3)),
+        picking=_flat(base.picking),
+    )
+
+
+def _flat(array: np.ndarray) -> list[float]:
+    return np.ravel(array).tolist()

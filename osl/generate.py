@@ -16,11 +16,25 @@ from math import isfinite
 from pathlib import Path
 from string import Template
 
-SAMPLINGS = ("reference", "cosine")
+# native: the base alone. exact: the base and what it lacks, unbiased. smooth: the same with wide
+# kernels. reference: mirrors in random directions of the factors. cosine: the naive baseline.
+SAMPLINGS = ("native", "smooth", "exact", "reference", "cosine")
+BASE_SAMPLINGS = ("native", "smooth", "exact")
 
-# Candidates per shading point: 4 give the least error for their time (docs/RESULTS.md, Sampling).
-# Cosine sampling is the naive baseline.
-DEFAULT_CANDIDATES = {"reference": 4, "cosine": 1}
+# Candidates per shading point (docs/RESULTS.md, Sampling); native has none.
+DEFAULT_CANDIDATES = {"native": 0, "smooth": 2, "exact": 2, "reference": 4, "cosine": 1}
+
+# Cycles has room for 64 closures: the diffuse one takes 1, a microfacet closure with its Fresnel
+# terms 2, a ramp with its colours 3.
+CLOSURE_SLOTS = 64
+SLOTS = {"ggx": 2, "beckmann": 2, "phong_ramp": 3, "diffuse_ramp": 3}
+KINDS = ("ggx", "beckmann", "phong_ramp", "diffuse_ramp")
+COLUMNS = {"ggx": 2, "beckmann": 2, "phong_ramp": 8, "diffuse_ramp": 8}
+
+# How many kernels of the residual fit into the solid angle that one direction stands for: so many
+# that the blur is far below a picture's noise, or so few that light sampling sees them well.
+KERNELS_PER_DIRECTION = {"exact": 1000.0, "smooth": 30.0}
+RESIDUAL_BOOST = {"exact": 3.0, "smooth": 1.0}
 
 
 @dataclass(frozen=True)
@@ -46,6 +60,35 @@ class SurfaceTables:
     selection: Sequence[float]
 
 
+@dataclass(frozen=True)
+class BaseTables:
+    """The base lobes, flat and in the order that the shader indexes them.
+
+    kinds : one of KINDS for each closure
+    parameters, leans : alpha or exponent, and lean, for each closure
+    angles : view angles of the weights, radians, rising
+    weights : angle by angle, lobe by lobe, column by column, channels within
+    picking : angle by angle, lobe by lobe, closure by closure
+    """
+
+    kinds: Sequence[str]
+    parameters: Sequence[float]
+    leans: Sequence[float]
+    angles: Sequence[float]
+    weights: Sequence[float]
+    picking: Sequence[float]
+
+    @property
+    def n_columns(self) -> int:
+        """Columns of all closures."""
+        return sum(COLUMNS[kind] for kind in self.kinds)
+
+    @property
+    def slots(self) -> int:
+        """Room that the closures and the diffuse one take in Cycles."""
+        return 1 + sum(SLOTS[kind] for kind in self.kinds)
+
+
 _SIZES = {
     "diffuse_albedo": 3,
     "scale": 9,
@@ -59,25 +102,39 @@ _SIZES = {
 }
 
 
-def surface_shader(tables: SurfaceTables, sampling: str = "reference") -> str:
+def surface_shader(
+    tables: SurfaceTables, sampling: str = "reference", base: BaseTables | None = None
+) -> str:
     """OSL source of the isotropic surface shader.
 
     sampling : one of SAMPLINGS
+    base : needed for BASE_SAMPLINGS, not used by the others
 
     Raises
     ------
     ValueError
-        A table has the wrong size or a number is not finite, or the sampling is unknown.
+        A table has the wrong size or a number is not finite, or the sampling is unknown or lacks
+        its base.
     """
     if sampling not in SAMPLINGS:
         raise ValueError(f"sampling {sampling!r}, expected one of {', '.join(SAMPLINGS)}")
     for name, size in _SIZES.items():
         if len(getattr(tables, name)) != size:
             raise ValueError(f"{name}: {len(getattr(tables, name))} numbers, expected {size}")
+    if sampling not in BASE_SAMPLINGS:
+        definitions, parameters, specular = "", "", _text(sampling)
+    else:
+        if base is None:
+            raise ValueError(f"sampling {sampling!r} needs base lobes")
+        definitions = _base_definitions(base, sampling)
+        parameters = _base_parameters(base)
+        specular = _base_specular(base, sampling)
     return _template("nfm_surface").substitute(
-        lookup=_template("lookup").template,
-        sampling=_template("sampling").template,
-        specular=_template(sampling).template.rstrip(),
+        lookup=_text("lookup"),
+        sampling=_text("sampling"),
+        definitions=definitions,
+        base_parameters=parameters,
+        specular=specular.rstrip(),
         candidates=DEFAULT_CANDIDATES[sampling],
         diffuse=_numbers(tables.diffuse_albedo),
         scale=_colors(tables.scale),
@@ -91,6 +148,58 @@ def surface_shader(tables: SurfaceTables, sampling: str = "reference") -> str:
     )
 
 
+def _base_definitions(base: BaseTables, sampling: str) -> str:
+    definitions = _template("base").substitute(
+        n_closures=len(base.kinds),
+        n_columns=base.n_columns,
+        n_angles=len(base.angles),
+        n_weights=len(base.weights) // 3,
+        n_picking=len(base.picking),
+    )
+    if sampling == "native":
+        return definitions
+    lobe = _template("residual_lobe").substitute(
+        kernels_per_direction=_float(KERNELS_PER_DIRECTION[sampling]),
+        residual_boost=_float(RESIDUAL_BOOST[sampling]),
+    )
+    return f"{definitions}\n{_text('base_value')}\n{lobe}"
+
+
+def _base_specular(base: BaseTables, sampling: str) -> str:
+    if sampling == "native":
+        return _text("native")
+    room = (CLOSURE_SLOTS - base.slots) // SLOTS["phong_ramp"]
+    return _text("native") + _template("residual").substitute(most_candidates=room)
+
+
+def _base_parameters(base: BaseTables) -> str:
+    n_closures, n_angles = len(base.kinds), len(base.angles)
+    sizes = {
+        "parameters": n_closures,
+        "leans": n_closures,
+        "weights": n_angles * 9 * base.n_columns,
+        "picking": n_angles * 3 * n_closures,
+    }
+    for name, size in sizes.items():
+        if len(getattr(base, name)) != size:
+            raise ValueError(f"{name}: {len(getattr(base, name))} numbers, expected {size}")
+    if base.slots + SLOTS["phong_ramp"] > CLOSURE_SLOTS:
+        raise ValueError(f"{n_closures} closures take {base.slots} of {CLOSURE_SLOTS} places")
+    kinds = ", ".join(str(KINDS.index(kind)) for kind in base.kinds)
+    return (
+        f"    int    closure_kinds[{n_closures}] = {{{kinds}}},\n"
+        f"    float  closure_parameters[{n_closures}] = {{{_numbers(base.parameters)}}},\n"
+        f"    float  closure_leans[{n_closures}] = {{{_numbers(base.leans)}}},\n"
+        f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
+        f"    color  base_weights[{len(base.weights) // 3}] = {{{_colors(base.weights)}}},\n"
+        f"    float  base_picking[{len(base.picking)}] = {{{_numbers(base.picking)}}},\n"
+    )
+
+
+def _text(name: str) -> str:
+    return _template(name).template
+
+
 @cache
 def _template(name: str) -> Template:
     return Template((Path(__file__).parent / f"{name}.osl.in").read_text(encoding="utf-8"))
@@ -101,6 +210,12 @@ def _number(value: float) -> str:
         raise ValueError(f"{value} cannot be written into a shader")
     # nine digits are a single-precision number exactly
     return f"{value:.9g}"
+
+
+def _float(value: float) -> str:
+    """Literal that OSL takes as a float even where it is whole."""
+    text = _number(value)
+    return text if any(c in text for c in ".e") else f"{text}.0"
 
 
 def _numbers(values: Sequence[float]) -> str:
