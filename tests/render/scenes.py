@@ -96,3 +96,15 @@ def rotation_to(direction):
     """Euler angles that turn +Z to a direction: a lamp shines along its own -Z."""
     x, y, z = direction
     return (0, math.atan2(math.hypot(x, y), z), math.atan2(y, x))
+
+
+def normals_at(theta, phi):
+    """Unit normals (..., 3) at polar angles from the viewer of `facets` and azimuths."""
+    theta, phi = np.broadcast_arrays(theta, phi)
+    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+
+
+def mean_and_noise(pixels):
+    """Mean over the pixels (..., 3) of (..., h, w, 3) and its standard error."""
+    count = pixels.shape[-3] * pixels.shape[-2]
+    return pixels.mean((-3, -2)), pixels.std((-3, -2)) / np.sqrt(count)

@@ -12,15 +12,19 @@ import pytest
 from fitter.closures import Closure
 
 KINDS = (
+    Closure("ggx", 0.002),
     Closure("ggx", 0.01),
     Closure("ggx", 0.1),
     Closure("ggx", 0.6),
+    Closure("beckmann", 0.002),
     Closure("beckmann", 0.05),
     Closure("beckmann", 0.5),
     Closure("diffuse_ramp"),
     Closure("phong_ramp", 1.0),
     Closure("phong_ramp", 30.0),
     Closure("phong_ramp", 2000.0),
+    Closure("phong_ramp", 50000.0),
+    Closure("phong_ramp", 0.0, lean=0.5),
     Closure("phong_ramp", 10.0, lean=0.5),
     Closure("phong_ramp", 300.0, lean=0.5),
     Closure("phong_ramp", 50.0, lean=1.0),
