@@ -108,3 +108,30 @@ def mean_and_noise(pixels):
     """Mean over the pixels (..., 3) of (..., h, w, 3) and its standard error."""
     count = pixels.shape[-3] * pixels.shape[-2]
     return pixels.mean((-3, -2)), pixels.std((-3, -2)) / np.sqrt(count)
+
+
+def blocks(pixels, size):
+    """Means over squares of size x size pixels: (h / size, w / size, 3) of (h, w, 3)."""
+    height, width = pixels.shape[0] // size, pixels.shape[1] // size
+    return pixels.reshape(height, size, width, size, 3).mean((1, 3))
+
+
+def check_equal(pictures, references, *, noise, error):
+    """Blocks of independent pictures have the mean of independent references.
+
+    pictures, references : sequences of (h, w, 3)
+    noise : the largest relative noise with which the test still means something
+    error : relative difference that is allowed besides
+    """
+    pictures, references = np.array(pictures), np.array(references)
+    mean, expected = pictures.mean(0), references.mean(0)
+    variance = pictures.var(0, ddof=1) / len(pictures)
+    variance += references.var(0, ddof=1) / len(references)
+    lit = expected > 0
+    assert (mean[~lit] == 0).all()
+    mean, expected, variance = mean[lit], expected[lit], variance[lit]
+    # a few runs tell the noise of one block badly: it is taken as alike in all, relatively
+    found = np.sqrt((variance / expected**2).mean())
+    assert found < noise
+    assert (np.abs(mean / expected - 1) < error + 5 * found).all()
+    assert abs(mean.mean() / expected.mean() - 1) < error + found
