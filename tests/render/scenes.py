@@ -132,6 +132,6 @@ def check_equal(pictures, references, *, noise, error):
     mean, expected, variance = mean[lit], expected[lit], variance[lit]
     # a few runs tell the noise of one block badly: it is taken as alike in all, relatively
     found = np.sqrt((variance / expected**2).mean())
-    assert found < noise
+    assert found < noise, found
     assert (np.abs(mean / expected - 1) < error + 5 * found).all()
     assert abs(mean.mean() / expected.mean() - 1) < error + found

@@ -119,6 +119,5 @@ def test_hard_shadow_equals_the_reference(name, sampling, shadow_scene, new_mate
             for _ in range(64)
         ]
         picture = np.mean(values, 0).reshape(RESOLUTION, RESOLUTION, 3)
-        # in all directions a lamp of POWER watts shines with POWER / (4 pi^2)
-        references.append(blocks(picture * POWER / (4 * np.pi**2), BLOCK))
+        references.append(blocks(picture * POWER / (4 * np.pi), BLOCK))
     check_equal(pictures, references, noise=0.01, error=sampling.error)
