@@ -282,7 +282,7 @@ def _draw_lobes(
 
 
 def _invert(density: np.ndarray, cumulative: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Versine whose cumulative density is u, for a density that is linear in v between the nodes."""
+    """Versine v whose cumulative density is u; the density is linear in v between nodes."""
     nodes = versine_nodes()
     node = np.clip(np.searchsorted(cumulative, u, "right") - 1, 0, len(nodes) - 2)
     left, right = density[node], density[node + 1]

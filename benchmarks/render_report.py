@@ -28,7 +28,8 @@ HEADER = (
 
 LEGEND = """\
 RMSE, p99.9: of a picture with so many samples, over the mean of the converged picture
-largest: pixel over its own converged value (at least 1 % of the mean); s: CPU seconds less those of one sample
+largest: pixel over its own converged value or, if that is less, over 1 % of the mean
+s: CPU seconds less those of a picture with one sample
 ratio: to Principled; efficiency: 1 / (MSE x seconds) over Principled's
 mean, L1: error of the converged picture against numpy, L1 between the bounds that its noise leaves
 (*): light is missing, since mirrors cannot see a lamp of zero radius; left out of the medians"""
