@@ -63,7 +63,9 @@ def image_error(
 
     Upper: the L1 distance of the means, into which what noise is left adds. Lower: the error of
     one half counted with the sign of the error in the other; noise is as often right as wrong
-    there and cancels, but where the noise is larger than the error so is the error.
+    there and cancels, but where the noise is larger than the error so is the error. With fireflies
+    that most pixels have not met yet, both halves are too dark nearly everywhere and the lower
+    bound is too high: believe it only where `largest` and `p999` are small.
     """
     first, second = (half - truth for half, truth in zip(halves, truths, strict=True))
     mean = (truths[0].mean() + truths[1].mean()) / 2

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .lights import LIGHTS
@@ -31,8 +31,9 @@ RMSE, p99.9: of a picture with so many samples, over the mean of the converged p
 largest: pixel over its own converged value or, if that is less, over 1 % of the mean
 s: CPU seconds less those of a picture with one sample
 ratio: to Principled; efficiency: 1 / (MSE x seconds) over Principled's
-mean, L1: error of the converged picture against numpy, L1 between the bounds that its noise leaves
-(*): light is missing, since mirrors cannot see a lamp of zero radius; left out of the medians"""
+mean, L1: error of the converged picture against numpy, L1 between the bounds that its noise leaves;
+  with large fireflies neither means much, since most pixels have not met theirs yet
+(*): light is missing, since mirrors cannot see a lamp of zero radius; nothing to compare"""
 
 
 @dataclass(frozen=True)
@@ -63,30 +64,30 @@ def row_line(row: dict) -> str:
     if "error" in row:
         error = "{:.2f}-{:.2f}".format(*(100 * bound for bound in row["error"]))
         mean = f"{100 * row['mean_error']:+.2f}"
-    star = " (*)" if row["missing_light"] else ""
+    ratio, efficiency, star = f"{row['rmse_ratio']:.2f}", f"{row['efficiency']:.3g}", ""
+    if row["missing_light"]:
+        ratio, efficiency, star = "-", "-", " (*)"
     return (
-        f"  {row['light']:<8}{row['sampling']:<12}{row['rmse']:9.4f}{row['rmse_ratio']:8.2f}"
+        f"  {row['light']:<8}{row['sampling']:<12}{row['rmse']:9.4f}{ratio:>8}"
         f"{row['p999']:9.3f}{row['largest']:9.1f}{row['seconds']:7.2f}{row['seconds_ratio']:7.2f}"
-        f"{row['efficiency']:11.3g}{mean:>9}{error:>13}{star}"
+        f"{efficiency:>11}{mean:>9}{error:>13}{star}"
     )
 
 
 def summary_lines(rows: list[dict]) -> list[str]:
     """Medians over the materials, by sampling and light."""
     lines = [
-        "medians over the materials",
+        "medians over the materials (largest, L1: over all of them)",
         f"  {'light':<8}{'sampling':<12}{'RMSE':>9}{'ratio':>8}{'p99.9':>9}{'largest':>9}"
-        f"{'ratio s':>9}{'efficiency':>11}{'L1 % at most':>14}",
+        f"{'ratio s':>9}{'efficiency':>11}{'L1 %':>14}",
     ]
     for light, sampling, group in _groups(rows):
-        bound = _median(group, lambda row: 100 * row["error"][1] if "error" in row else None)
+        rmse, ratio, p999, largest, seconds, efficiency, error = _medians(group)
         lines.append(
-            f"  {light:<8}{sampling:<12}{_median(group, 'rmse'):9.4f}"
-            f"{_median(group, 'rmse_ratio'):8.2f}{_median(group, 'p999'):9.3f}"
-            f"{max(row['largest'] for row in group):9.1f}{_median(group, 'seconds_ratio'):9.2f}"
-            f"{_median(group, 'efficiency'):11.3g}{_shown(bound):>14}"
+            f"  {light:<8}{sampling:<12}{rmse:>9}{ratio:>8}{p999:>9}{largest:>9}"
+            f"{seconds:>9}{efficiency:>11}{error:>14}"
         )
-    return [*lines, "  (largest: over all materials)"]
+    return lines
 
 
 def checks(rows: list[dict]) -> list[Check]:
@@ -132,7 +133,11 @@ def markdown(rows: list[dict], matches: dict[str, dict], found: list[Check], tit
     word = {True: "met", False: "**missed**", None: "open: noise"}
     lines += [f"| {check.label} | {check.shown} | {word[check.ok]} |" for check in found]
     lines += ["", "## Ratios to Principled", ""]
-    lines += ["Medians over the materials; *largest* and *L1* are over all of them.", ""]
+    lines += [
+        "Medians over the materials; *largest* and *L1* are those of the worst. No ratio where",
+        "light is missing: mirrors cannot see a lamp of zero radius.",
+        "",
+    ]
     lines += _ratio_table(rows)
     classes = [name for name in (*MATERIALS, "other") if any(r["class"] == name for r in rows)]
     for name in classes:
@@ -161,20 +166,31 @@ def _ratio_table(rows: list[dict]) -> list[str]:
         "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for light, sampling, group in _groups(rows):
-        errors = [row["error"] for row in group if "error" in row]
-        bounds = ""
-        if errors:
-            worst = max(errors, key=lambda error: error[1])
-            bounds = f"{100 * worst[0]:.2f}-{100 * worst[1]:.2f}"
-        missing = " (*)" if any(row["missing_light"] for row in group) else ""
-        lines.append(
-            f"| {LIGHTS[light].title} | {sampling}{missing} | {_median(group, 'rmse'):.3g} "
-            f"| {_median(group, 'rmse_ratio'):.2f} | {_median(group, 'p999'):.2g} "
-            f"| {max(row['largest'] for row in group):.1f} "
-            f"| {_median(group, 'seconds_ratio'):.2f} | {_median(group, 'efficiency'):.2g} "
-            f"| {bounds} |"
-        )
+        lines.append(f"| {' | '.join((LIGHTS[light].title, sampling, *_medians(group)))} |")
     return lines
+
+
+def _medians(group: list[dict]) -> tuple[str, ...]:
+    """RMSE and its ratio, p99.9, largest, ratio of time, efficiency, worst L1 error, as text.
+
+    Medians over the rows that show all the light, - where there are none.
+    """
+    complete = _complete(group)
+
+    def median(key: str, form: str) -> str:
+        return format(statistics.median(row[key] for row in complete), form) if complete else "-"
+
+    errors = [[100 * bound for bound in row["error"]] for row in group if "error" in row]
+    worst = max(errors, key=lambda error: error[1], default=())
+    return (
+        median("rmse", ".3g"),
+        median("rmse_ratio", ".2f"),
+        median("p999", ".2g"),
+        f"{max(row['largest'] for row in complete):.1f}" if complete else "-",
+        f"{statistics.median(row['seconds_ratio'] for row in group):.2f}",
+        median("efficiency", ".2g"),
+        "-".join(f"{bound:.2f}" for bound in worst),
+    )
 
 
 def _ratio_check(
@@ -182,7 +198,7 @@ def _ratio_check(
 ) -> Check | None:
     """The median ratio to Principled under the light where it is largest."""
     medians = {
-        light: _median(group, key)
+        light: statistics.median(row[key] for row in group)
         for light, name, group in _groups(_complete(rows))
         if name == sampling and light in lights
     }
@@ -193,7 +209,7 @@ def _ratio_check(
     where = "all lights" if set(lights) == set(LIGHTS) else " and ".join(lights)
     return Check(
         f"{sampling}: median {what} at most {bound:g} x Principled, {where}",
-        f"{medians[worst]:.2f} ({worst})",
+        f"{medians[worst]:.3g} ({worst})",
         medians[worst] <= bound,
     )
 
@@ -267,19 +283,8 @@ def _complete(rows: list[dict]) -> list[dict]:
     return [row for row in rows if not row["missing_light"]]
 
 
-def _median(group: list[dict], key: str | Callable[[dict], float | None]) -> float:
-    get = key if callable(key) else lambda row: row[key]
-    # what shows only part of the light is not compared, unless nothing else is there to show
-    values = [value for row in _complete(group) or group if (value := get(row)) is not None]
-    return statistics.median(values) if values else float("nan")
-
-
 def _ratio(value: float, beside: float) -> float:
     return value / beside if beside > 0 else float("inf")
-
-
-def _shown(value: float) -> str:
-    return "" if value != value else f"{value:.2f}"
 
 
 def _color(values: Iterable[float]) -> str:
