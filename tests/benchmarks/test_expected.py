@@ -6,8 +6,10 @@ import pytest
 from benchmarks import expected, lights, render
 from benchmarks.expected import Blocks, Environment, expected_picture
 from fitter.model import FactorModel
-from fitter.tables import directional_albedo
+from fitter.tables import directional_albedo, sampling_tables, versine_nodes
 from tests.models import MODELS
+
+FRACTIONS = np.arange(1, 50) / 50
 
 
 @pytest.mark.parametrize("name", ["matte", "metal", "velvet"])
@@ -31,6 +33,18 @@ def test_map_is_the_same_drawn_from_its_texels_or_from_the_lobes(rng, monkeypatc
     monkeypatch.setattr(source, "density", even.density)
     other = expected_picture(MODELS["matte"], source, blocks, 1 << 17, rng)
     np.testing.assert_allclose(picture, other, rtol=0.05)
+
+
+def test_lobes_are_drawn_in_proportion_to_their_density():
+    tables, nodes = sampling_tables(MODELS["paint"]), versine_nodes()
+    u = np.linspace(0.001, 0.999, 500)
+    fine = np.sort(np.concatenate([nodes, *(nodes[:-1] + t * np.diff(nodes) for t in FRACTIONS)]))
+    for density, cumulative in zip(tables.density, tables.cumulative, strict=True):
+        value = np.interp(fine, nodes, density)
+        areas = np.pi * (value[1:] + value[:-1]) * np.diff(fine)
+        integral = np.concatenate([[0], np.cumsum(areas)])
+        versine = expected._invert(density, cumulative, u)
+        np.testing.assert_allclose(np.interp(versine, fine, integral), u, atol=2e-4)
 
 
 @pytest.mark.parametrize(

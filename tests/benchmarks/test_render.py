@@ -85,17 +85,39 @@ def test_error_is_open_where_the_noise_is_too_large(bounds, ok):
     assert found(rows, ["native", "L1", "metal"]).ok is ok
 
 
-def test_what_misses_the_light_is_marked_and_left_out():
+@pytest.fixture
+def half_blind():
+    """Native misses light on two of three materials, and is ten times as noisy there."""
     rows = []
-    for material, missing in {"nickel": 0.0, "aluminium": -0.9, "pink-fabric": 0.0}.items():
+    for material, missing in {"nickel": 0.0, "aluminium": -0.9, "pink-fabric": -0.9}.items():
+        rmse = 1.0 if missing else 0.1
         rows += compared(
             row("principled", 0.1, "zero", material),
-            row("native", 0.1 + abs(missing), "zero", material, mean_error=missing, error=(0, 1)),
+            row("native", rmse, "zero", material, mean_error=missing, error=(0.0, 0.1)),
         )
-    assert [one["missing_light"] for one in rows if one["sampling"] == "native"] == [0, 1, 0]
-    assert found(rows, ["native", "RMSE"]).shown == "1 (zero)"
-    assert "(*)" in render_report.row_line(rows[3])
-    assert "(*)" not in render_report.row_line(rows[1])
+    return rows
+
+
+def test_what_misses_the_light_is_marked_and_left_out(half_blind):
+    natives = [one for one in half_blind if one["sampling"] == "native"]
+    assert [one["missing_light"] for one in natives] == [False, True, True]
+    assert found(half_blind, ["native", "RMSE"]).shown == "1 (zero)"
+    assert ["(*)" in render_report.row_line(one) for one in natives] == [False, True, True]
+    native = render_report.summary_lines(half_blind)[-1].split()
+    assert native[:4] == ["zero", "native", "0.1", "1.00"]
+
+
+def test_what_always_misses_the_light_has_no_ratio(half_blind):
+    blind = [one for one in half_blind if one["material"] != "nickel"]
+    native = render_report.summary_lines(blind)[-1].split()
+    assert native[:4] == ["zero", "native", "-", "-"]
+
+
+def test_dark_by_noise_is_not_missing_light():
+    rows = compared(
+        row("principled", 0.1), row("reference", 9.0, mean_error=-0.5, error=(0.1, 0.9))
+    )
+    assert not rows[1]["missing_light"]
 
 
 def test_bench_render_writes_its_tables(blender, shared, tmp_path, capsys):
