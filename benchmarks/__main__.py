@@ -4,9 +4,9 @@
 import argparse
 import sys
 
-from . import fit, sampling
+from . import fit, render, sampling
 
-BENCHMARKS = {"fit": fit, "sampling": sampling}
+BENCHMARKS = {"fit": fit, "render": render, "sampling": sampling}
 
 
 def main(argv: list[str]) -> int:

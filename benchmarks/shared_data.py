@@ -16,6 +16,8 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 MAKE_MERL = SHARED / "tools" / "make_merl.py"
 GRACE = SHARED / "data" / "env" / "grace_probe_latlong.hdr"
 GROVE = SHARED / "data" / "env" / "rnl_probe_latlong.hdr"
+STUDIO = SHARED / "data" / "env" / "polyhaven_studio_small_03_1k.hdr"
+GARDEN = SHARED / "data" / "env" / "polyhaven_chinese_garden_1k.hdr"  # 69 % of its light is the sun
 
 
 def require_shared() -> None:

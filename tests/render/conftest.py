@@ -3,6 +3,33 @@
 import pytest
 
 from fitter.parameter_file import FittedMaterial
+from tests.render.scenes import Stage
+
+
+@pytest.fixture
+def stage(blender, addon):
+    """Maker of small scenes."""
+    return Stage(blender, addon)
+
+
+@pytest.fixture
+def script_material(blender, addon):
+    """Material of OSL source with an output BSDF; attributes: those of the mesh, by socket."""
+
+    def build(source, attributes=None):
+        material = blender.data.materials.new("script")
+        tree = addon("node_trees").empty_tree(material)
+        script = tree.nodes.new("ShaderNodeScript")
+        addon("script_node").fill(script, "script.osl", source)
+        for socket, name in (attributes or {}).items():
+            attribute = tree.nodes.new("ShaderNodeAttribute")
+            attribute.attribute_name = name
+            tree.links.new(attribute.outputs["Vector"], script.inputs[socket])
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+        tree.links.new(script.outputs["BSDF"], output.inputs["Surface"])
+        return material
+
+    return build
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
-"""The standard sphere in numpy: an estimator that shares nothing with Cycles or the shader.
+"""Light transport in numpy: estimators that share nothing with Cycles or the shader.
 
-Rays through random points of each pixel hit the exact sphere; light directions come from a mixture
-of a cosine lobe and GGX-like half vectors of several widths, weighted by the mixture's density.
+Standard sphere: rays through random points of each pixel hit it exactly; light directions come from
+a mixture of a cosine lobe and GGX-like half vectors of several widths, weighted by its density.
 """
 
 import numpy as np
@@ -44,21 +44,35 @@ def render(model, image, resolution, samples, rng):
 
 
 def _radiance(model, image, normals, rng):
-    count = len(normals)
+    frame = frames(normals)
+    value = np.zeros((len(normals), 3))
+    world, weight, above = scatter(model, frame, np.array([0.0, -1.0, 0.0]), rng)
+    value[above] = weight[above] * environment_radiance(image, world[above])
+    return value
+
+
+def frames(normals):
+    """Local frames (n, 3, 3), rows tangent, bitangent, normal, of unit normals (n, 3)."""
     helper = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]])
     tangent = np.cross(helper, normals)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    frame = np.stack([tangent, np.cross(normals, tangent), normals], 1)
-    wo = frame @ np.array([0.0, -1.0, 0.0])
+    return np.stack([tangent, np.cross(normals, tangent), normals], 1)
+
+
+def scatter(model, frame, view, rng):
+    """One light direction for each frame (n, 3, 3) seen from `view` (3,) or (n, 3).
+
+    Returns the directions in the world (n, 3), f cos / pdf (n, 3) and a mask of those above the
+    horizon, the only ones for which the others mean anything.
+    """
+    wo = np.einsum("nij,nj->ni", frame, np.broadcast_to(view, (len(frame), 3)))
     wi = _sample(wo, rng)
     density = _density(wi, wo)
-    above = (wi[:, 2] > 0) & (density > 0)
-    world = np.einsum("nij,ni->nj", frame, wi)
-    value = np.zeros((count, 3))
+    above = (wi[:, 2] > 0) & (wo[:, 2] > 0) & (density > 0)
+    weight = np.zeros((len(frame), 3))
     f_r = model.f_r(wi[above], wo[above])
-    weight = wi[above, 2] / density[above]
-    value[above] = f_r * weight[:, None] * environment_radiance(image, world[above])
-    return value
+    weight[above] = f_r * (wi[above, 2] / density[above])[:, None]
+    return np.einsum("nij,ni->nj", frame, wi), weight, above
 
 
 def _sample(wo, rng):
