@@ -43,6 +43,9 @@ WEIGHT_FLOOR = 0.02
 # Tikhonov term on columns of unit norm. Without it the weights of neighbouring view angles differ
 # wildly, and interpolation between them is wrong.
 RIDGE = 1e-2
+# Columns that hold less than this share of their closure's largest are not scaled up to unit norm:
+# F90 near normal incidence, say, where nothing determines it and Cycles would pick by it.
+LEAST_NORM = 0.1
 # Weight of a lobe's own residual beside that of the sum.
 OWN_SHARE = 0.3
 SWEEPS = 4
@@ -112,7 +115,7 @@ def fit_base_lobes(model: FactorModel, closures: Sequence[Closure] | None = None
     signed = _signed_columns(closures)
     weights, picking = [], []
     for view, columns in zip(*_dictionary(closures, tuple(VIEW_ANGLES), *FIT_POINTS), strict=True):
-        system = _NormalEquations(model, view, columns, _dead_columns(closures, view))
+        system = _NormalEquations(model, closures, view, columns)
         solution = system.solve_lobes(~signed)
         weights.append(solution)
         picking.append(_picking(system, closures, solution))
@@ -129,7 +132,7 @@ def select_closures(model: FactorModel, count: int) -> tuple[Closure, ...]:
     owner = np.repeat(np.arange(len(CATALOGUE)), [c.n_columns for c in CATALOGUE])
     views, dictionary = _dictionary(CATALOGUE, tuple(SELECTION_ANGLES), *SELECTION_POINTS)
     systems = [
-        _NormalEquations(model, view, columns, _dead_columns(CATALOGUE, view))
+        _NormalEquations(model, CATALOGUE, view, columns)
         for view, columns in zip(views, dictionary, strict=True)
     ]
     # share of a sphere's projected area that is seen at each view angle
@@ -154,7 +157,11 @@ class _NormalEquations:
     """Weighted least squares at one view angle, with columns scaled to unit norm."""
 
     def __init__(
-        self, model: FactorModel, view: ViewQuadrature, columns: np.ndarray, dead: np.ndarray
+        self,
+        model: FactorModel,
+        closures: tuple[Closure, ...],
+        view: ViewQuadrature,
+        columns: np.ndarray,
     ) -> None:
         wo = np.broadcast_to(view.wo, view.wi.shape)
         self.lobes = model.lobe_values(view.wi, wo) * view.wi[:, 2][None, :, None]
@@ -164,7 +171,11 @@ class _NormalEquations:
         self.weight = weight / max((weight * grey**2).sum(), 1e-30)
         self.view, self.columns = view, columns
         norm = np.sqrt((columns**2 * self.weight).sum(1))
-        self.scale = np.where(dead | (norm < 1e-7), 0, 1 / np.maximum(norm, 1e-7))
+        widths = [closure.n_columns for closure in closures]
+        largest = np.maximum.reduceat(norm, np.cumsum([0, *widths[:-1]]))
+        norm = np.maximum(norm, LEAST_NORM * np.repeat(largest, widths))
+        dead = _dead_columns(closures, view) | (norm < 1e-7)
+        self.scale = np.where(dead, 0, 1 / np.maximum(norm, 1e-7))
         scaled = columns * self.scale[:, None]
         weighted = scaled * self.weight
         self.matrix = weighted @ scaled.T
