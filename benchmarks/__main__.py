@@ -4,9 +4,9 @@
 import argparse
 import sys
 
-from . import fit, sampling
+from . import fit, noise, sampling
 
-BENCHMARKS = {"fit": fit, "sampling": sampling}
+BENCHMARKS = {"fit": fit, "noise": noise, "sampling": sampling}
 
 
 def main(argv: list[str]) -> int:

@@ -92,6 +92,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
         # before ten seconds of work, not after
         raise NfmError(f"{shown_name(arguments.output)}: there is no such folder; make it first")
     measurement = merl.read(arguments.file)
+    cpu_start = time.process_time()
     with Progress(sys.stderr, "fit") as progress:
         material = fit_measurement(
             measurement,
@@ -100,11 +101,13 @@ def run_fit(arguments: argparse.Namespace) -> None:
             prior_strength=arguments.prior,
             on_step=lambda step: progress.update(step.progress, step.stage),
         )
+    cpu_seconds = time.process_time() - cpu_start
     seconds = time.perf_counter() - start
     output = Path(arguments.output or f"{material.name}{parameter_file.SUFFIX}")
     parameter_file.save(output, material)
     if arguments.json:
         report = {"output": str(output), "seconds": round(seconds, 3), **material.fit}
+        report["cpu_seconds"] = round(cpu_seconds, 3)  # of fitting and grading
         sys.stdout.write(json.dumps(report) + "\n")
     else:
         sys.stdout.write(report_text(material, seconds) + f"written to      {output}\n")

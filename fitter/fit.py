@@ -7,7 +7,8 @@ Three stages, each on the objective of `problem` and the preference of `prior`:
    method), each factor put in order after its update (`order`), then a few joint steps, on a part
    of the phi_d samples;
 2. refine: the best of them continues with joint steps on the same samples;
-3. polish: joint steps on all samples with finer angle bins.
+3. polish: joint steps on all samples with finer angle bins. Where the result would reflect more
+   light than there is, its G is lowered (`limits`).
 
 Without the prior (strength 0) the sweeps leave the factors as they come, refining has sweeps
 between the joint steps, and the polish ends with the Gaussian filter over G that the paper uses for
@@ -28,6 +29,7 @@ from itertools import islice
 import numpy as np
 
 from . import joint, order, prior
+from .limits import within_energy
 from .measurement import Measurement
 from .model import FactorModel
 from .problem import Problem
@@ -147,8 +149,15 @@ def fit_steps(
         fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
         polish = _polish(fine, model, work.polish_steps, prior_strength)
         for i, (polished, objective) in enumerate(polish):
+            model = polished
             done = explore_count + work.refine_steps + POLISH_STEP * (i + 1)
             yield FitStep("polish", objective, polished, min(done / total, 1))
+
+    limited = within_energy(model)
+    if limited is not model:
+        problem = fine if work.polish_steps else coarse
+        objective = joint.objective_of(problem, limited, prior_strength)
+        yield FitStep("limit", objective, limited, 1.0)
 
 
 def sweep(

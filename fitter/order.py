@@ -54,9 +54,14 @@ def order_fresnel(model: FactorModel) -> FactorModel:
 
 
 def order_masking(model: FactorModel) -> FactorModel:
-    """G falling."""
+    """G falling, and zero at 90 degrees: else G / cos theta, and f with it, has no bound there.
+
+    No bin centre is there, so the data does not say it.
+    """
     masking = np.stack([nondecreasing(row[::-1])[::-1] for row in model.masking])
-    return replace(model, masking=_floored(masking, MASKING_FLOOR))
+    masking = _floored(masking, MASKING_FLOOR)
+    masking[:, -1] = 0
+    return replace(model, masking=masking)
 
 
 def order_ndf(model: FactorModel) -> FactorModel:

@@ -66,6 +66,7 @@ def test_fit_report_for_machines(short_fit, measured, tmp_path, capsys, monkeypa
     material = parameter_file.load(tmp_path / "copper.nfm.json")  # the name of the file, here
     assert report.pop("output") == "copper.nfm.json"
     assert report.pop("seconds") > 0
+    assert report.pop("cpu_seconds") > 0
     assert report == material.fit
     assert [report[key] for key in ("weight", "quality", "prior_strength")] == [
         "log1p",

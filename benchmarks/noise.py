@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What noise and missing bins cost: rendered PSNR of noisy fits against the clean tables.
+
+Each value is multiplied by lognormal noise that keeps the mean, independent per bin and channel,
+and a share of the bins is marked as missing. The clean and the noisy file are fitted alike, and
+both are graded against the clean table; scene and PSNR are those of ./nfm bench fit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fitter import fit, merl
+from fitter.measurement import Measurement
+from fitter.metrics import tabulate
+from fitter.quality import DEFAULT_QUALITY, QUALITIES
+from fitter.sphere import SphereScene, rendered_psnr
+
+from . import shared_data
+from .fit import environment_maps
+
+MATERIALS = (
+    "aluminium",
+    "black-obsidian",
+    "blue-metallic-paint",
+    "blue-rubber",
+    "colonial-maple-223",
+    "green-latex",
+    "nylon",
+    "polyurethane-foam",
+    "red-plastic",
+    "specular-blue-phenolic",
+    "violet-acrylic",
+    "white-fabric",
+)
+TARGET = 1.5
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ./nfm bench noise."""
+    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--noise", type=float, default=0.05, metavar="SIGMA")
+    parser.add_argument("--missing", type=float, default=0.02, metavar="SHARE")
+    parser.add_argument("--quality", choices=list(QUALITIES), default=DEFAULT_QUALITY)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Fit, grade and print; returns 1 if a material loses more than the target."""
+    shared_data.require_shared()
+    scene = SphereScene(environment_maps())
+    losses = []
+    print(f"{'material':<28}{'clean':>8}{'noisy':>8}{'loss dB':>9}")
+    for name in arguments.materials.split(","):
+        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
+            path = Path(folder, f"{name}.binary")
+            shared_data.write_material(name, path)
+            clean = merl.read(path)
+        noisy = with_noise(clean, arguments.noise, arguments.missing, np.random.default_rng(0))
+        reference = scene.render(np.where(clean.valid[..., None], clean.f_r, 0))
+        psnr = []
+        for measurement in (clean, noisy):
+            model = fit.fit(measurement, quality=arguments.quality).model
+            psnr.append(float(rendered_psnr(scene.render(tabulate(model)), reference).mean()))
+        losses.append(psnr[0] - psnr[1])
+        print(f"{name:<28}{psnr[0]:8.2f}{psnr[1]:8.2f}{losses[-1]:9.2f}", flush=True)
+    print(f"loss: mean {statistics.mean(losses):.2f} dB, largest {max(losses):.2f} dB")
+    return 1 if max(losses) >= TARGET else 0
+
+
+def with_noise(
+    clean: Measurement, noise: float, missing: float, rng: np.random.Generator
+) -> Measurement:
+    """The measurement as a noisy instrument would have taken it."""
+    factor = np.exp(noise * rng.standard_normal(clean.f_r.shape) - noise**2 / 2)
+    valid = clean.valid & (rng.random(clean.valid.shape) >= missing)
+    return replace(clean, f_r=np.where(valid[..., None], clean.f_r * factor, 0), valid=valid)
