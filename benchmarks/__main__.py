@@ -4,9 +4,9 @@
 import argparse
 import sys
 
-from . import fit, render, sampling
+from . import fit, noise, render, sampling
 
-BENCHMARKS = {"fit": fit, "render": render, "sampling": sampling}
+BENCHMARKS = {"fit": fit, "noise": noise, "render": render, "sampling": sampling}
 
 
 def main(argv: list[str]) -> int:

@@ -28,7 +28,7 @@ from runner.blender import load_extension
 from . import principled, render_report, shared_data
 from .expected import Blocks, expected_picture, source_of
 from .lights import LIGHTS, Light, add_lamp
-from .noise import image_error, noise_of
+from .picture_noise import image_error, noise_of
 
 PRINCIPLED = render_report.PRINCIPLED
 CONVERGED_SEED = 1000

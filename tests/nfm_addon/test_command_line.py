@@ -217,7 +217,7 @@ def test_demo_without_a_file_says_that_it_is_synthetic(
     main, addon, small_demo, fitted, tmp_path, capsys, monkeypatch
 ):
     given = []
-    monkeypatch.setattr(addon("command_line"), "_fitted", lambda p: given.append(p) or fitted)
+    monkeypatch.setattr(addon("command_line"), "_fitted", lambda p, _: given.append(p) or fitted)
     assert main(["demo", "-o", str(tmp_path)]) == 0
     (sample,) = given
     assert sample.parent == tmp_path

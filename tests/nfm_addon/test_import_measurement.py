@@ -9,6 +9,7 @@ import pytest
 
 from fitter import merl, parameter_file, synthetic
 from fitter.parameter_file import FittedMaterial
+from fitter.quality import QUALITIES
 
 
 @pytest.fixture
@@ -129,6 +130,32 @@ def test_linked_object_cannot_take_it(
     assert blender.data.materials["blue plastic"].use_fake_user
 
 
+# ---- the fit ----
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"), [({}, "standard"), ({"quality": "DRAFT"}, "draft")]
+)
+def test_quality_reaches_the_fit(
+    addon, import_file, parameter_path, mesh_object, fitted, monkeypatch, options, expected
+):
+    seen = []
+
+    def fit(path, *, quality, on_step):
+        seen.append(quality)
+        return fitted
+
+    monkeypatch.setattr(addon("operators.import_measurement"), "material_from_file", fit)
+    mesh_object()
+    import_file(parameter_path, **options)
+    assert seen == [expected]
+
+
+def test_every_quality_of_the_fitter_is_offered(addon):
+    items = addon("operators.import_measurement").QUALITY_ITEMS
+    assert [identifier.lower() for identifier, *_ in items] == list(QUALITIES)
+
+
 # ---- what is made ----
 
 
@@ -237,20 +264,18 @@ def test_fits_a_merl_file(
     blender, addon, extension, import_file, mesh_object, tmp_path, monkeypatch, slots
 ):
     """The whole way from a measured file, with a fit cut short."""
-    fit = importlib.import_module(f"{extension.__name__}.fitter.fit")
-    for name, value in {
-        "EXPLORE_SWEEPS": 4,
-        "EXPLORE_JOINT_STEPS": 0,
-        "REFINE_ROUNDS": 1,
-        "REFINE_JOINT_STEPS": 1,
-        "POLISH_JOINT_STEPS": 0,
-        "POLISH_ANGLES": 180,
-        "COARSE_ANGLES": 180,
-        "COARSE_PHI_GROUP": 15,
-        "STARTS": fit.STARTS[:1],
-    }.items():
-        assert hasattr(fit, name)
-        monkeypatch.setattr(fit, name, value)
+    quality = importlib.import_module(f"{extension.__name__}.fitter.quality")
+    short = quality.Quality(
+        starts=1,
+        sweeps=4,
+        explore_steps=0,
+        refine_steps=1,
+        coarse_phi_group=15,
+        coarse_angles=180,
+        polish_steps=1,
+        polish_angles=180,
+    )
+    monkeypatch.setitem(quality.QUALITIES, "standard", short)
     path = tmp_path / "rough copper.binary"
     synthetic.write_sample(path, "brushed-copper")
     item = mesh_object()
@@ -262,8 +287,8 @@ def test_fits_a_merl_file(
     assert 0 < settings.objective < 1e-2
     assert 0 < settings.mean_log_error < 0.2
     assert 0.5 < settings.largest_directional_albedo < 1.1
-    # 4 sweeps, a joint step and a sweep, the first and the last of the polish
-    assert settings.iterations == 8
+    # 4 sweeps, a joint step, the first and the last of the polish
+    assert settings.iterations == 7
     # it has the colour of copper; its brightness takes a longer fit
     up = np.array([[0.0, 0.0, 1.0]])
     model = addon("material").fitted_material(item.active_material).model

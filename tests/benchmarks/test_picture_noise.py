@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.noise import image_error, noise_of
+from benchmarks.picture_noise import image_error, noise_of
 
 SHAPE = (4000, 3)
 

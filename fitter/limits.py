@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a fit must stay: energy near that of the data, no values far beyond the data's."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from .geometry import HALF_PI, N_THETA_H, merl_bin_index, merl_bins, theta_h_from_index
+from .measurement import Measurement
+from .model import FactorModel
+from .splines import masking_nodes
+from .tables import directional_albedo, lobe_albedo
+
+# View angles at which the albedo is compared, degrees.
+VIEW_ANGLES = np.arange(0, 86, 5.0)
+
+# An albedo up to this between the view angles looked at does not exceed 1 in between.
+SAFE_ALBEDO = 0.97
+
+# What it is lowered to: leaves a margin for the spline between nodes, and for quadratures.
+MOST_ALBEDO = 0.995
+
+# Azimuths of half vectors over half a turn; the other half is its mirror image.
+N_PHI = 48
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Figures of one fit.
+
+    albedo_error : largest relative difference of the directional albedo, over what was measured,
+        for channels and VIEW_ANGLES; the share of the light that falls on bins without a
+        measurement is left out of both
+    peak_ratio : largest value of the fit above the horizon over the largest of the data
+    """
+
+    albedo_error: float
+    peak_ratio: float
+
+    def figures(self) -> dict[str, float]:
+        """The figures by name."""
+        return asdict(self)
+
+
+def limits(table: np.ndarray, measurement: Measurement) -> Limits:
+    """Figures of a fit's table (90, 90, 180, 3), 1/sr, from `metrics.tabulate`."""
+    fitted, measured = (
+        measured_albedo(table, measurement),
+        measured_albedo(measurement.f_r, measurement),
+    )
+    above = merl_bins().above_horizon
+    return Limits(
+        albedo_error=float(np.max(np.abs(fitted - measured) / measured)),
+        peak_ratio=float(table[above].max() / measurement.f_r.max()),
+    )
+
+
+def within_energy(model: FactorModel) -> FactorModel:
+    """The model, or one that reflects no more than all light at any view angle.
+
+    Where the albedo exceeds 1, which happens only near grazing and where there is hardly data, the
+    lobes get what the diffuse part leaves: every G is lowered at the view angles concerned. That
+    lowers the albedo elsewhere too, so one pass is enough.
+    """
+    looked_at = np.append(np.arange(0, 88, 4.0), 89.0)
+    if directional_albedo(model, np.radians(looked_at)).max() <= SAFE_ALBEDO:
+        return model
+    lobes = lobe_albedo(model, masking_nodes()[:-1]).sum(1)
+    room = np.maximum(MOST_ALBEDO - np.pi * model.diffuse, 0)
+    share = np.minimum(room / np.maximum(lobes, np.finfo(float).tiny), 1).min(1)
+    masking = model.masking * np.append(share, share[-1])
+    return replace(model, masking=masking).normalized()
+
+
+def measured_albedo(table: np.ndarray, measurement: Measurement) -> np.ndarray:
+    """Directional albedo (views, 3) of a table over bins that hold a measurement.
+
+    Half vectors at the centres of theta_h bins, so that the sharpest highlight is seen.
+    """
+    theta_h = theta_h_from_index(np.arange(N_THETA_H) + 0.5)
+    edges = theta_h_from_index(np.arange(N_THETA_H + 1))
+    phi = (np.arange(N_PHI) + 0.5) / N_PHI * np.pi
+    solid_angle = np.repeat(-np.diff(np.cos(edges)) * 2 * np.pi / N_PHI, N_PHI)
+    sin_h = np.sin(theta_h)[:, None]
+    h = np.stack(
+        np.broadcast_arrays(sin_h * np.cos(phi), sin_h * np.sin(phi), np.cos(theta_h)[:, None]), -1
+    ).reshape(-1, 3)
+    albedo = np.empty((len(VIEW_ANGLES), 3))
+    for row, theta in enumerate(VIEW_ANGLES / 90 * HALF_PI):
+        view = np.array([np.sin(theta), 0.0, np.cos(theta)])
+        cos_d = h @ view
+        wi = 2 * cos_d[:, None] * h - view
+        keep = (cos_d > 0) & (wi[:, 2] > 0)
+        wi = wi[keep]
+        bins = merl_bin_index(wi, np.broadcast_to(view, wi.shape))
+        # dwi = 4 cos(theta_d) dh
+        weight = wi[:, 2] * 4 * cos_d[keep] * solid_angle[keep] * measurement.valid[bins]
+        albedo[row] = weight @ table[bins]
+    return albedo
