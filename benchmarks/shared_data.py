@@ -16,6 +16,7 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 MAKE_MERL = SHARED / "tools" / "make_merl.py"
 GRACE = SHARED / "data" / "env" / "grace_probe_latlong.hdr"
 GROVE = SHARED / "data" / "env" / "rnl_probe_latlong.hdr"
+BUDDHA = SHARED / "data" / "mesh" / "happy_vrip_res3.ply"
 
 
 def require_shared() -> None:
