@@ -6,8 +6,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
+
+import numpy as np
 
 from benchmarks import shared_data
 from fitter import command_line as fitter_command_line
@@ -118,18 +122,13 @@ def _grade(
     progress: Progress,
 ) -> None:
     done = total - len(tasks)
-    if done:
-        progress.update(done / total, f"{done} of {total} were finished before")
+    progress.update(done / total, f"{done} of {total} materials")
     if not tasks:
         return
     for n_steps, task in pool.run(tasks, settings, scenes, store, jobs):
-        if task:
-            done += 1
-            step = f"{done} of {total}, {material_name(task.path.name)}"
-            progress.update(done / total, step)
-        elif n_steps:
-            share = (total - len(tasks) + n_steps / len(KEYS)) / total
-            progress.update(min(share, 1), f"{done} of {total}")
+        done += task is not None
+        share = (total - len(tasks) + n_steps / len(KEYS)) / total
+        progress.update(share, f"{done} of {total} materials")
 
 
 def scene_sources(environment: Path | None) -> tuple[list[SceneSource], list[str]]:
@@ -157,15 +156,20 @@ def scene_sources(environment: Path | None) -> tuple[list[SceneSource], list[str
     return sources, notes
 
 
-def _read_map(path: Path):
-    from runner.blender import load_extension
-
-    images = import_module(f"{load_extension().__name__}.nfm_addon.images")
+def _read_map(path: Path) -> np.ndarray:
     try:
-        return reduced(images.read_linear(path))
+        return reduced(_images().read_linear(path))
     except ValueError as error:
         # Blender has its own copy of the package, so its NfmError is another class
         raise NfmError(str(error)) from None
+
+
+@cache
+def _images() -> ModuleType:
+    """The add-on's reader of images; loads Blender, which only maps need."""
+    from runner.blender import load_extension
+
+    return import_module(f"{load_extension().__name__}.nfm_addon.images")
 
 
 def _made(folder: Path) -> Path:

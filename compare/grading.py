@@ -143,7 +143,7 @@ def _picture(scene: LitScene, pixels: np.ndarray) -> np.ndarray:
 
 
 def _pairs(theta_i: float, azimuth: float) -> tuple[np.ndarray, np.ndarray]:
-    """wi and wo (n, 3) for all of THETA_O: wi leans to -x, so the mirror direction is at +."""
+    """Wi and wo (n, 3) for all of THETA_O: wi leans to -x, so the mirror direction is at +."""
     wi = np.array([-np.sin(theta_i), 0.0, np.cos(theta_i)])
     sin = np.sin(THETA_O)
     wo = np.stack([sin * np.cos(azimuth), sin * np.sin(azimuth), np.cos(THETA_O)], -1)

@@ -101,12 +101,10 @@ class Store:
 
 def _result(arrays: dict[str, np.ndarray]) -> Result:
     about = json.loads(arrays["about"].item())
-    grades = {
-        key: Grades(
-            **{**about["grades"][key], "rendered_psnr": tuple(about["grades"][key]["rendered_psnr"])}
-        )
-        for key in KEYS
-    }
+    grades = {}
+    for key in KEYS:
+        figures = about["grades"][key]
+        grades[key] = Grades(**figures | {"rendered_psnr": tuple(figures["rendered_psnr"])})
     slices = arrays["slices"]
     if slices.shape != (1 + len(KEYS), len(grading.INCIDENCE), len(grading.THETA_O), 3):
         raise ValueError("slices of another shape")
