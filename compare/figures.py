@@ -42,6 +42,9 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 CHANNEL_COLORS = ("#d62728", "#2ca02c", "#1f77b4")
 LOBE_STYLES = ("-", "--", ":")
 
+# Inches.
+SLICES_SIZE = (11, 7.2)
+
 # D is shown down to this share of its maximum.
 SMALLEST_NDF = 1e-6
 
@@ -141,14 +144,13 @@ def factor_curves(name: str, factors: dict[str, FactorModel]) -> bytes:
 def polar_slices(result: Result) -> bytes:
     """f_r in the plane of incidence: luminance on a logarithmic radius, data and models."""
     luminance = result.slices @ LUMINANCE
-    figure = Figure(figsize=(11, 7))
-    figure.subplots_adjust(left=0.03, right=0.97, top=0.92, bottom=0.13, wspace=0.06, hspace=0.1)
-    grid = figure.subplots(2, 2, subplot_kw={"projection": "polar"})
-    for axes, index in zip(grid.flat, range(len(INCIDENCE)), strict=True):
+    figure = Figure(figsize=SLICES_SIZE)
+    for index, theta_i in enumerate(INCIDENCE):
         data, *models = luminance[:, index]
         top = np.log10(np.nanmax(data)) + 0.2
         bottom = max(np.log10(data[data > 0].min()) - 0.5, top - DECADES)
-        _half_disc(axes, INCIDENCE[index], bottom, top)
+        axes = figure.add_axes(_square(index), projection="polar")
+        _half_disc(axes, theta_i, bottom, top)
         axes.plot(THETA_O, _limited(data, bottom, top), color="0.7", lw=5, zorder=2)
         for contender, values in zip(CONTENDERS, models, strict=True):
             line = _limited(values, bottom, top)
@@ -165,6 +167,18 @@ def polar_slices(result: Result) -> bytes:
     return _png(figure)
 
 
+def _square(index: int) -> tuple[float, float, float, float]:
+    """Place of the slices' axes, two in a row.
+
+    Polar axes are square even where half of the disc is shown, so the empty quarters at the top
+    and at the bottom overlap.
+    """
+    width = 0.42
+    height = width * SLICES_SIZE[0] / SLICES_SIZE[1]
+    left, middle = (0.04, 0.54)[index % 2], (0.73, 0.315)[index // 2]
+    return left, middle - height / 2, width, height
+
+
 def _half_disc(axes: Axes, theta_i: float, bottom: float, top: float) -> None:
     """Axes for log10 f between bottom and top: grazing wedges, directions of light and mirror."""
     axes.set_theta_zero_location("N")
@@ -177,7 +191,7 @@ def _half_disc(axes: Axes, theta_i: float, bottom: float, top: float) -> None:
     decades = decades[:: 2 if len(decades) > 3 else 1]
     axes.set_yticks(decades, [f"$10^{{{d:.0f}}}$" for d in decades])
     axes.tick_params(labelsize=8)
-    axes.set_title(f"light at {np.degrees(theta_i):.0f}°", fontsize=10, y=0.84)
+    axes.set_title(f"light at {np.degrees(theta_i):.0f}°", fontsize=10, y=0.8)
     for sign in (-1, 1):
         wedge = np.radians(sign * np.linspace(GRAZING, 90, 12))
         axes.fill_between(wedge, bottom, top, color=GRAZING_COLOR, lw=0, zorder=0)
