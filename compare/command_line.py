@@ -65,6 +65,9 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument(
         "--markdown", metavar="FILE", type=Path, help="write the tables here as well, for docs/"
     )
+    parser.add_argument(
+        "--note", metavar="TEXT", help="about the data; it stands at the report's beginning"
+    )
     parser.set_defaults(run=run)
     return fitter_command_line.run(parser, argv)
 
@@ -76,6 +79,8 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.markdown and not arguments.markdown.parent.is_dir():
         raise NfmError(f"{shown_name(arguments.markdown)}: there is no such folder; make it first")
     scenes, notes = scene_sources(arguments.env)
+    if arguments.note:
+        notes.insert(0, arguments.note)
     keys: dict[str, str] = {}
     tasks = []
     store = Store(folder / "results")

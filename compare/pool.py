@@ -66,6 +66,7 @@ def run(
     steps = context.SimpleQueue()
     arguments = (settings, tuple(scenes), store, steps)
     with context.Pool(min(jobs, len(tasks)), _initialize, arguments) as pool:
+        workers = _children()
         finished = pool.imap_unordered(_grade, tasks)
         n_steps = n_finished = 0
         while n_finished < len(tasks):
@@ -74,11 +75,20 @@ def run(
                 task = finished.next(timeout=PATIENCE)
                 n_finished += 1
             except multiprocessing.TimeoutError:
-                pass
+                # the pool would replace it, but nobody would do its task
+                if _children() != workers:
+                    raise NfmError(
+                        "a process ended before its work was done; free some memory or use "
+                        "--jobs 1, and start again: what is finished is kept"
+                    ) from None
             while not steps.empty():
                 steps.get()
                 n_steps += 1
             yield n_steps, task
+
+
+def _children() -> set[int | None]:
+    return {process.pid for process in multiprocessing.active_children()}
 
 
 def _initialize(

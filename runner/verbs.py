@@ -28,7 +28,11 @@ VERBS = {
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
     "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),
     "bench": Verb("print the tables of figures", _module("benchmarks")),
-    "test": Verb("run ruff, then pytest on both Blender versions", _module("runner.checks")),
+    "test": Verb(
+        "run ruff, then pytest on both Blender versions",
+        _module("runner.checks"),
+        extras=("report",),
+    ),
     "python": Verb("run the environment's interpreter", ()),
 }
 

@@ -51,7 +51,7 @@ def fails(capsys, *words):
 def test_report_is_written(graded, files, tmp_path, capsys):
     folder, table = tmp_path / "new" / "report", tmp_path / "table.md"
     arguments = [*map(str, files), "--report", str(folder), "--markdown", str(table)]
-    assert main(arguments) == 0
+    assert main([*arguments, "--note", "Synthetic data."]) == 0
     assert graded == ["copper.binary", "tin.binary"]
     out, err = capsys.readouterr()
     assert out.splitlines()[-1] == f"written to {folder / 'report.html'}"
@@ -62,7 +62,9 @@ def test_report_is_written(graded, files, tmp_path, capsys):
         "compare: 2 of 2 materials",
         "compare: writing the report",
     ]
-    assert "copper" in (folder / "report.html").read_text(encoding="utf-8")
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert all(f"<td>{name}</td>" in text for name in ("copper", "tin"))
+    assert "<p>Synthetic data.</p>" in text
     assert table.read_text(encoding="utf-8") == (folder / "report.md").read_text(encoding="utf-8")
 
 

@@ -1,4 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import multiprocessing
+import os
+import signal
+
 import pytest
 
 from compare import pool
@@ -59,3 +63,14 @@ def test_errors_come_back_from_the_processes(tmp_path):
     tasks = [Task(tmp_path / f"missing-{n}.binary", "0" * 64, "key") for n in range(2)]
     with pytest.raises(NfmError, match=r"^missing-\d\.binary: no such file"):
         list(pool.run(tasks, SETTINGS, [], Store(tmp_path), jobs=2))
+
+
+def test_process_that_is_killed(measured, tmp_path):
+    """As the kernel does when memory runs out: an error, not a wait without end."""
+    running = pool.run([Task(measured, "0" * 64, "key")], SETTINGS, [], Store(tmp_path), jobs=1)
+    next(running)
+    (worker,) = multiprocessing.active_children()
+    os.kill(worker.pid, signal.SIGKILL)
+    with pytest.raises(NfmError, match="ended before its work was done"):
+        list(running)
+    assert multiprocessing.active_children() == []
