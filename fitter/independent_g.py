@@ -88,7 +88,7 @@ def fit(
         improve(coarse, model, shared.EXPLORE_SWEEPS, shared.EXPLORE_JOINT_STEPS)
         for model in (_one_lobe(coarse, start(coarse)) for start in STARTS)
     ]
-    model = min(explored, key=coarse.objective_of)
+    model = _best_of_each_channel(coarse, explored)
     objective = coarse.objective_of(model)
     for _ in range(shared.REFINE_ROUNDS):
         model = improve(coarse, model, 1, shared.REFINE_JOINT_STEPS)
@@ -133,9 +133,22 @@ def update_diffuse_and_scale(problem: Problem, moments: Moments, model: FactorMo
         -1,
     )
     x = solve_nonnegative(matrix, right)
-    # a scale of exactly zero would also zero D in the next update
-    scale = np.maximum(x[:, 0], SCALE_FLOOR * model.scale.max())
+    # a scale of exactly zero would also zero D in the next update; the floor is the channel's own,
+    # for in the gauge of maximum 1 the scales of channels can differ by many orders of magnitude
+    scale = np.maximum(x[:, 0], SCALE_FLOOR * np.diag(model.scale))
     return replace(model, scale=np.diag(scale), diffuse=x[:, 1])
+
+
+def channel_errors(problem: Problem, model: FactorModel) -> np.ndarray:
+    """Weighted squared error (3,) of each channel, less a constant."""
+    moments = problem.moments(problem.kernels(model.masking))
+    a = amplitudes(model)[..., CHANNELS, CHANNELS]
+    d = model.diffuse
+    kernel = moments.kernel[..., CHANNELS, CHANNELS]
+    target = moments.kernel_target[..., CHANNELS, CHANNELS]
+    quadratic = a * a * moments.kernel_kernel[..., CHANNELS, CHANNELS, CHANNELS]
+    constant = d * d * problem.cell_weight - 2 * d * problem.cell_target
+    return (quadratic - 2 * a * (target - d * kernel) + constant).sum((0, 1))
 
 
 def update_masking_bagher2016(
@@ -189,6 +202,19 @@ def _alternate(problem: Problem, model: FactorModel, sweeps: int, joint_steps: i
     for _ in range(sweeps + SWEEPS_PER_JOINT_STEP * joint_steps):
         model = sweep(problem, model, update_masking_bagher2016)
     return model
+
+
+def _best_of_each_channel(problem: Problem, models: list[FactorModel]) -> FactorModel:
+    """The channels have nothing in common, so each can take the start that suits it best."""
+    errors = np.stack([channel_errors(problem, model) for model in models])
+    chosen = [(models[number], c) for c, number in enumerate(errors.argmin(0))]
+    return FactorModel(
+        diffuse=np.array([model.diffuse[c] for model, c in chosen]),
+        scale=np.diag([model.scale[c, c] for model, c in chosen]),
+        ndf=np.stack([model.ndf[c] for model, c in chosen]),
+        masking=np.stack([model.masking[c] for model, c in chosen]),
+        fresnel=np.stack([model.fresnel[c] for model, c in chosen]),
+    )
 
 
 def _one_lobe(problem: Problem, start: FactorModel) -> FactorModel:

@@ -109,6 +109,54 @@ def test_a_scale_never_becomes_zero(coarse, random_model):
     np.testing.assert_array_equal(model.scale > 0, DIAGONAL)
 
 
+def test_channels_of_very_different_scale_do_not_disturb_each_other(coarse, planted_by_channel):
+    """In the gauge of maximum 1 the scales may lie far apart without meaning anything."""
+    factor = np.array([1e10, 1, 1])
+    model = replace(
+        planted_by_channel,
+        scale=planted_by_channel.scale * factor,
+        ndf=planted_by_channel.ndf / factor[:, None],
+    )
+    moments = coarse.moments(coarse.kernels(model.masking))
+    together = independent_g.update_diffuse_and_scale(coarse, moments, model)
+    plain = independent_g.update_diffuse_and_scale(coarse, moments, planted_by_channel)
+    expected = np.diag(plain.scale) * factor
+    np.testing.assert_allclose(np.diag(together.scale), expected, rtol=1e-9)
+
+
+def test_each_channel_takes_its_best_start(coarse, planted_by_channel):
+    worse = replace(
+        planted_by_channel,
+        ndf=planted_by_channel.ndf[:, ::-1],
+        scale=planted_by_channel.scale * 3,
+        diffuse=planted_by_channel.diffuse + 1,
+    )
+
+    def mixed(better, channel):
+        rows = {
+            name: np.where(
+                (np.arange(3) == channel)[(slice(None),) + (None,) * (array.ndim - 1)],
+                array,
+                getattr(worse, name),
+            )
+            for name, array in vars(better).items()
+        }
+        return replace(better, **rows)
+
+    models = [mixed(planted_by_channel, channel) for channel in (2, 0, 1)]
+    errors = [independent_g.channel_errors(coarse, model) for model in models]
+    np.testing.assert_array_equal(np.argmin(errors, axis=0), [1, 2, 0])
+    best = independent_g._best_of_each_channel(coarse, models)
+    for name, array in vars(planted_by_channel).items():
+        np.testing.assert_array_equal(getattr(best, name), array)
+
+
+def test_errors_of_the_channels_add_up(coarse, planted_by_channel):
+    total = independent_g.channel_errors(coarse, planted_by_channel).sum()
+    expected = coarse.objective_of(planted_by_channel)
+    assert 1 + total / coarse.target_energy == pytest.approx(expected, rel=1e-9)
+
+
 def test_golden_section_is_used_where_the_proposal_overshoots(monkeypatch, coarse, random_model):
     """Far from the optimum the averaged, smoothed G is worse, and only part of the way is gone."""
     shares = []
