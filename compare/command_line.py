@@ -20,6 +20,7 @@ from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
 from fitter.fit_file import material_name
 from fitter.progress import Progress
+from fitter.quality import DEFAULT_QUALITY, QUALITIES
 from fitter.weights import DEFAULT_WEIGHT, WEIGHTS
 
 from . import pool, report
@@ -55,6 +56,9 @@ def main(argv: Sequence[str]) -> int:
     )
     parser.add_argument("--weight", choices=sorted(WEIGHTS), default=DEFAULT_WEIGHT)
     parser.add_argument(
+        "--quality", choices=list(QUALITIES), default=DEFAULT_QUALITY, help="effort of the fits"
+    )
+    parser.add_argument(
         "--golden-section",
         action="store_true",
         help="fit Independent-G as Bagher et al. 2016 did, by alternation only",
@@ -74,7 +78,7 @@ def main(argv: Sequence[str]) -> int:
 
 def run(arguments: argparse.Namespace) -> None:
     """The verb."""
-    settings = Settings(arguments.weight, arguments.golden_section)
+    settings = Settings(arguments.weight, arguments.quality, arguments.golden_section)
     folder = _made(arguments.report)
     if arguments.markdown and not arguments.markdown.parent.is_dir():
         raise NfmError(f"{shown_name(arguments.markdown)}: there is no such folder; make it first")

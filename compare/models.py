@@ -10,6 +10,7 @@ from typing import Protocol
 from fitter import bivariate, fit, independent_g, principled
 from fitter.measurement import Measurement
 from fitter.metrics import Brdf
+from fitter.quality import DEFAULT_QUALITY
 
 
 class Fitted(Brdf, Protocol):
@@ -25,10 +26,12 @@ class Settings:
     """What a fit depends on besides the measurement.
 
     weight : a name in weights.WEIGHTS
+    quality : a name in quality.QUALITIES
     golden_section : fit Independent-G as Bagher et al. 2016 did
     """
 
     weight: str
+    quality: str = DEFAULT_QUALITY
     golden_section: bool = False
 
 
@@ -50,14 +53,19 @@ CONTENDERS = (
         OURS,
         "Three lobes",
         "#0072B2",
-        lambda measurement, settings: fit.fit(measurement, weight=settings.weight).model,
+        lambda measurement, settings: (
+            fit.fit(measurement, weight=settings.weight, quality=settings.quality).model
+        ),
     ),
     Contender(
         INDEPENDENT_G,
         "Independent-G",
         "#D55E00",
         lambda measurement, settings: independent_g.fit(
-            measurement, weight=settings.weight, golden_section=settings.golden_section
+            measurement,
+            weight=settings.weight,
+            quality=settings.quality,
+            golden_section=settings.golden_section,
         ),
     ),
     Contender(

@@ -159,7 +159,8 @@ def protocol(content: Content) -> list[Block]:
     items = [
         "The data are the files as a MERL reader looks them up, at the nearest bin. Where they are "
         "not measurements but fits of some, that is what the models are compared on.",
-        f"Every model is fitted to the same bins under the weight {content.settings.weight}. Three "
+        f"Every model is fitted to the same bins under the weight {content.settings.weight}, "
+        f"with the effort {content.settings.quality}. Three "
         f"lobes: the model of this project, {counts['shared3']} numbers. Independent-G: a lobe for "
         f"each channel, {counts['independent-g']} numbers, {independent_g}. Bivariate: a table "
         f"over theta_h and theta_d for each channel, {counts['bivariate']:,} numbers. Principled: "

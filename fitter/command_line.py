@@ -19,7 +19,9 @@ from .files import write_atomically
 from .fit_file import fit_measurement
 from .model import FactorModel
 from .parameter_file import FittedMaterial
+from .prior import DEFAULT_STRENGTH
 from .progress import Progress
+from .quality import DEFAULT_QUALITY, QUALITIES
 from .weights import DEFAULT_WEIGHT, WEIGHTS
 
 FAILED = 1
@@ -54,8 +56,33 @@ def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--weight", choices=sorted(WEIGHTS), default=DEFAULT_WEIGHT, help="weight of the objective"
     )
+    add_quality_option(parser)
+    parser.add_argument(
+        "--prior",
+        type=_not_negative,
+        default=DEFAULT_STRENGTH,
+        metavar="S",
+        help=f"how much factors in order are preferred; 0: not at all, default: {DEFAULT_STRENGTH}",
+    )
     parser.add_argument("--json", action="store_true", help="print the report as JSON")
     parser.set_defaults(run=run_fit)
+
+
+def add_quality_option(parser: argparse.ArgumentParser) -> None:
+    """The option --quality of every verb that fits."""
+    parser.add_argument(
+        "--quality",
+        choices=list(QUALITIES),
+        default=DEFAULT_QUALITY,
+        help=f"how long a fit may take; default: {DEFAULT_QUALITY}",
+    )
+
+
+def _not_negative(text: str) -> float:
+    value = float(text)
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a number from 0")
+    return value
 
 
 def run_fit(arguments: argparse.Namespace) -> None:
@@ -69,6 +96,8 @@ def run_fit(arguments: argparse.Namespace) -> None:
         material = fit_measurement(
             measurement,
             weight=arguments.weight,
+            quality=arguments.quality,
+            prior_strength=arguments.prior,
             on_step=lambda step: progress.update(step.progress, step.stage),
         )
     seconds = time.perf_counter() - start

@@ -1,32 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fit the factor model to a measurement.
 
-Three stages, each on the objective of `problem`:
+Three stages, each on the objective of `problem` and the preference of `prior`:
 
 1. explore: from every start, some sweeps of alternating weighted least squares (the paper's
-   method) and a few joint steps, on a fifth of the phi_d samples;
-2. refine: the best of them continues, joint steps with a sweep in between (which revives numbers
-   that are zero and re-solves what is linear), on the same samples;
-3. polish: on all samples with finer angle bins, then the Gaussian filter over G that the paper
-   uses for specular materials (section 3.3), as strong as it can be without the stage as a whole
-   raising the objective.
+   method), each factor put in order after its update (`order`), then a few joint steps, on a part
+   of the phi_d samples;
+2. refine: the best of them continues with joint steps on the same samples;
+3. polish: joint steps on all samples with finer angle bins.
 
-Within a stage the objective never rises. Nothing depends on time or on unseeded randomness: the
-same measurement gives the same model.
+Without the prior (strength 0) the sweeps leave the factors as they come, refining has sweeps
+between the joint steps, and the polish ends with the Gaussian filter over G that the paper uses for
+specular materials (section 3.3), as strong as it can be without the stage as a whole raising the
+objective.
+
+What the joint steps minimise never rises within a stage; nor do sweeps raise it, unless they put
+factors in order. Nothing depends on time or on unseeded randomness: the same measurement gives the
+same model. How much work the stages do is a `quality`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
-from . import joint
+from . import joint, order, prior
 from .measurement import Measurement
 from .model import FactorModel
 from .problem import Problem
+from .quality import DEFAULT_QUALITY, QUALITIES, Quality
 from .starts import SPECULAR_WIDTH, STARTS, highlight_width
 from .updates import (
     update_diffuse_and_scale,
@@ -36,32 +41,28 @@ from .updates import (
 )
 from .weights import DEFAULT_WEIGHT
 
-EXPLORE_SWEEPS = 12
-EXPLORE_JOINT_STEPS = 5
-REFINE_ROUNDS = 4
+# Without the prior: joint steps between two sweeps of the refinement.
 REFINE_JOINT_STEPS = 8
-POLISH_JOINT_STEPS = 3
 
-# Neighbouring phi_d bins that share a sample before the polish, and angle bins of each stage.
-COARSE_PHI_GROUP = 5
-COARSE_ANGLES = 360
-POLISH_ANGLES = 720
-
-# A round that gains less than this share of the objective is the last of its stage.
-CONVERGED = 1e-3
+# A round of joint steps that gains less than this share of the objective is the last of its stage.
+CONVERGED = 3e-4
+ROUND = 4
 
 # Gaussian filter over G, in control points (1 degree): 0.5-0.8 costs next to nothing in picture
 # and objective, 1.2 harms mirror-like materials.
 SMOOTHING_SIGMA = 0.7
 SMOOTHING_SHARES = (1.0, 0.5, 0.25, 0.125)
 
+# How long a polish step takes, in steps of the other stages: it sees all samples.
+POLISH_STEP = 4
+
 
 @dataclass(frozen=True)
 class FitStep:
     """State after one step of a fit.
 
-    stage : "explore 1" ..., "refine", "polish"; the objective is comparable within a stage
-    objective : E of eq. 2 relative to sum w rho^2
+    stage : "sweep 1", "explore 1" ..., "refine", "polish"; the objective is comparable within one
+    objective : E of eq. 2 relative to sum w rho^2, times e^(strength x disorder) of the prior
     model : the model now, in the fixed gauge
     progress : 0..1 of the expected work
     """
@@ -74,7 +75,10 @@ class FitStep:
 
 @dataclass(frozen=True)
 class FitResult:
-    """A finished fit: the model, lobes sorted from narrow to wide, and how it came about."""
+    """A finished fit: the model, lobes sorted from narrow to wide, and how it came about.
+
+    objective : E of eq. 2 relative to sum w rho^2
+    """
 
     model: FactorModel
     objective: float
@@ -82,97 +86,168 @@ class FitResult:
     weight: str
 
 
-def fit(measurement: Measurement, *, weight: str = DEFAULT_WEIGHT) -> FitResult:
+def fit(
+    measurement: Measurement,
+    *,
+    weight: str = DEFAULT_WEIGHT,
+    quality: str = DEFAULT_QUALITY,
+    prior_strength: float = prior.DEFAULT_STRENGTH,
+) -> FitResult:
     """Run `fit_steps` to the end."""
-    steps = list(fit_steps(measurement, weight=weight))
-    return result_of(steps[-1], len(steps), weight)
+    steps = list(
+        fit_steps(measurement, weight=weight, quality=quality, prior_strength=prior_strength)
+    )
+    return result_of(steps[-1], len(steps), weight, prior_strength)
 
 
-def result_of(last: FitStep, iterations: int, weight: str) -> FitResult:
+def result_of(last: FitStep, iterations: int, weight: str, prior_strength: float) -> FitResult:
     """Result of a fit from its last step."""
-    return FitResult(last.model.sorted_by_width(), last.objective, iterations, weight)
+    objective = float(last.objective / np.exp(prior.disorder(last.model, prior_strength)))
+    return FitResult(last.model.sorted_by_width(), objective, iterations, weight)
 
 
-def fit_steps(measurement: Measurement, *, weight: str = DEFAULT_WEIGHT) -> Iterator[FitStep]:
+def fit_steps(
+    measurement: Measurement,
+    *,
+    weight: str = DEFAULT_WEIGHT,
+    quality: str = DEFAULT_QUALITY,
+    prior_strength: float = prior.DEFAULT_STRENGTH,
+) -> Iterator[FitStep]:
     """Yield the state after every step, so that a caller can show progress or stop.
 
     weight : a name in weights.WEIGHTS
+    quality : a name in quality.QUALITIES
+    prior_strength : of `prior`; 0 fits the data alone
     """
-    explore_count = len(STARTS) * (EXPLORE_SWEEPS + EXPLORE_JOINT_STEPS)
-    refine_count = REFINE_ROUNDS * (REFINE_JOINT_STEPS + 1)
-    # a polish step sees five times the samples, and takes about three times as long
-    polish_count = 3 * (POLISH_JOINT_STEPS + 1)
-    total = explore_count + refine_count + polish_count
+    work = QUALITIES[quality]
+    explore_count = work.starts * (work.sweeps + work.explore_steps)
+    total = explore_count + work.refine_steps + POLISH_STEP * work.polish_steps
 
-    coarse = Problem(measurement, weight=weight, phi_group=COARSE_PHI_GROUP, n_angles=COARSE_ANGLES)
+    coarse = Problem(
+        measurement,
+        weight=weight,
+        phi_group=work.coarse_phi_group,
+        n_angles=work.coarse_angles,
+    )
     explored: list[FitStep] = []
-    for number, start in enumerate(STARTS):
-        before = number * (EXPLORE_SWEEPS + EXPLORE_JOINT_STEPS)
-        for i, (model, objective) in enumerate(_explore(coarse, start(coarse))):
-            step = FitStep(f"explore {number + 1}", objective, model, (before + i) / total)
+    for number, start in enumerate(STARTS[: work.starts]):
+        before = number * (work.sweeps + work.explore_steps)
+        steps = _explore(coarse, start(coarse), work, prior_strength)
+        for i, (stage, model, objective) in enumerate(steps):
+            step = FitStep(f"{stage} {number + 1}", objective, model, (before + i) / total)
             yield step
         explored.append(step)
 
     model = min(explored, key=lambda step: step.objective).model
-    for i, (refined, objective) in enumerate(_refine(coarse, model)):
+    for i, (refined, objective) in enumerate(_refine(coarse, model, work, prior_strength)):
         model = refined
         yield FitStep("refine", objective, model, (explore_count + i) / total)
 
-    fine = Problem(measurement, weight=weight, n_angles=POLISH_ANGLES)
-    for i, (polished, objective) in enumerate(_polish(fine, model)):
-        done = explore_count + refine_count + 3 * (i + 1)
-        yield FitStep("polish", objective, polished, min(done / total, 1))
+    if work.polish_steps:
+        fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
+        polish = _polish(fine, model, work.polish_steps, prior_strength)
+        for i, (polished, objective) in enumerate(polish):
+            done = explore_count + work.refine_steps + POLISH_STEP * (i + 1)
+            yield FitStep("polish", objective, polished, min(done / total, 1))
 
 
-def sweep(problem: Problem, model: FactorModel, *, hold_lobes: bool = False) -> FactorModel:
+def sweep(
+    problem: Problem, model: FactorModel, *, hold_lobes: bool = False, in_order: bool = False
+) -> FactorModel:
     """One round of alternating updates: D, F, then d and s, then each G.
 
     hold_lobes : leave D and s alone. The first sweep from a start must: solving for them while F
         and G are still guesses forgets the start and may kill a lobe for good.
+    in_order : put each factor in order after its update
     """
+    ordered = _in_order if in_order else _as_it_is
     kernels = problem.kernels(model.masking)
     moments = problem.moments(kernels)
     for _ in range(2):
         if not hold_lobes:
             model = update_diffuse_and_scale(problem, moments, model)
-            model = update_ndf(problem, moments, model)
-        model = update_fresnel(problem, moments, model)
+            model = ordered(order.order_ndf, update_ndf(problem, moments, model), model)
+        model = ordered(order.order_fresnel, update_fresnel(problem, moments, model), model)
     model = update_diffuse_and_scale(problem, moments, model)
     for lobe in range(model.n_lobes):
-        model = update_masking(problem, kernels, model, lobe)
+        updated = update_masking(problem, kernels, model, lobe)
+        model = ordered(order.order_masking, updated, model)
         kernels[lobe] = problem.kernels(model.masking[lobe : lobe + 1])[0]
     return model.normalized()
 
 
-def _explore(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, float]]:
-    for i in range(EXPLORE_SWEEPS):
-        model = sweep(problem, model, hold_lobes=i == 0)
-        yield model, problem.objective_of(model)
-    yield from islice(joint.refine(problem, model), EXPLORE_JOINT_STEPS)
+def _as_it_is(_order: Callable, updated: FactorModel, _before: FactorModel) -> FactorModel:
+    return updated
 
 
-def _refine(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, float]]:
+def _in_order(
+    put_in_order: Callable[[FactorModel], FactorModel], updated: FactorModel, before: FactorModel
+) -> FactorModel:
+    """The updated model in order; curves that the update has set to zero stay as they were."""
+
+    def revived(name: str) -> np.ndarray:
+        new = getattr(updated, name)
+        return np.where(new.any(axis=1, keepdims=True), new, getattr(before, name))
+
+    return put_in_order(
+        replace(updated, **{name: revived(name) for name in ("ndf", "masking", "fresnel")})
+    )
+
+
+def _explore(
+    problem: Problem, model: FactorModel, work: Quality, strength: float
+) -> Iterator[tuple[str, FactorModel, float]]:
+    for i in range(work.sweeps):
+        model = sweep(problem, model, hold_lobes=i == 0, in_order=strength > 0)
+        yield "sweep", model, joint.objective_of(problem, model, strength)
+    for stepped, objective in islice(joint.refine(problem, model, strength), work.explore_steps):
+        yield "explore", stepped, objective
+
+
+def _refine(
+    problem: Problem, model: FactorModel, work: Quality, strength: float
+) -> Iterator[tuple[FactorModel, float]]:
+    if strength > 0:
+        yield from _until_converged(problem, model, work.refine_steps, strength)
+        return
     objective = problem.objective_of(model)
-    for _ in range(REFINE_ROUNDS):
+    for _ in range(work.refine_steps // REFINE_JOINT_STEPS):
         before = objective
-        for refined, value in islice(joint.refine(problem, model), REFINE_JOINT_STEPS):
+        for refined, value in islice(joint.refine(problem, model, 0), REFINE_JOINT_STEPS):
             model = refined
             yield model, value
         model = sweep(problem, model)
-        objective = problem.objective_of(model)
+        objective = joint.objective_of(problem, model, 0)
         yield model, objective
         if before - objective < CONVERGED * before:
             return
 
 
-def _polish(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, float]]:
-    start = problem.objective_of(model)
+def _until_converged(
+    problem: Problem, model: FactorModel, n_steps: int, strength: float
+) -> Iterator[tuple[FactorModel, float]]:
+    objectives: list[float] = []
+    for refined, objective in islice(joint.refine(problem, model, strength), n_steps):
+        yield refined, objective
+        objectives.append(objective)
+        if len(objectives) > ROUND and objective > (1 - CONVERGED) * objectives[-1 - ROUND]:
+            return
+
+
+def _polish(
+    problem: Problem, model: FactorModel, n_steps: int, strength: float
+) -> Iterator[tuple[FactorModel, float]]:
+    start = joint.objective_of(problem, model, strength)
     yield model, start
-    steps = [(model, start), *islice(joint.refine(problem, model), POLISH_JOINT_STEPS)]
-    model, objective = steps[-1]
-    if highlight_width(problem) < SPECULAR_WIDTH:
-        model, objective = _smoothed(problem, model, objective, bound=start)
-    yield model, objective
+    objective = start
+    for polished, value in _until_converged(problem, model, n_steps, strength):
+        model, objective = polished, value
+        if strength > 0:
+            yield model, objective
+    if strength == 0:
+        if highlight_width(problem) < SPECULAR_WIDTH:
+            model, objective = _smoothed(problem, model, objective, bound=start)
+        yield model, objective
 
 
 def _smoothed(
@@ -185,9 +260,10 @@ def _smoothed(
         moments = problem.moments(problem.kernels(trial.masking))
         for update in (update_ndf, update_fresnel, update_diffuse_and_scale):
             trial = update(problem, moments, trial)
-        value = problem.objective(trial, moments)
+        trial = trial.normalized()
+        value = joint.objective_of(problem, trial, 0)
         if value <= bound:
-            return trial.normalized(), value
+            return trial, value
     return model, objective
 
 

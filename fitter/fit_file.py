@@ -13,6 +13,8 @@ from .fit import FitStep, fit_steps, result_of
 from .measurement import Measurement
 from .metrics import mean_log_error, tabulate
 from .parameter_file import FittedMaterial
+from .prior import DEFAULT_STRENGTH
+from .quality import DEFAULT_QUALITY
 from .tables import largest_directional_albedo
 from .weights import DEFAULT_WEIGHT
 
@@ -20,11 +22,16 @@ OnStep = Callable[[FitStep], None]
 
 
 def material_from_file(
-    path: str | os.PathLike, *, weight: str = DEFAULT_WEIGHT, on_step: OnStep | None = None
+    path: str | os.PathLike,
+    *,
+    weight: str = DEFAULT_WEIGHT,
+    quality: str = DEFAULT_QUALITY,
+    prior_strength: float = DEFAULT_STRENGTH,
+    on_step: OnStep | None = None,
 ) -> FittedMaterial:
     """A material from a measurement, which is fitted, or from a parameter file, which is loaded.
 
-    The content decides, not the suffix.
+    The content decides, not the suffix. The options are those of `fit.fit_steps`.
 
     Raises
     ------
@@ -33,7 +40,13 @@ def material_from_file(
     """
     if is_parameter_file(path):
         return parameter_file.load(path)
-    return fit_measurement(merl.read(path), weight=weight, on_step=on_step)
+    return fit_measurement(
+        merl.read(path),
+        weight=weight,
+        quality=quality,
+        prior_strength=prior_strength,
+        on_step=on_step,
+    )
 
 
 def is_parameter_file(path: str | os.PathLike) -> bool:
@@ -49,15 +62,22 @@ def is_parameter_file(path: str | os.PathLike) -> bool:
 
 
 def fit_measurement(
-    measurement: Measurement, *, weight: str = DEFAULT_WEIGHT, on_step: OnStep | None = None
+    measurement: Measurement,
+    *,
+    weight: str = DEFAULT_WEIGHT,
+    quality: str = DEFAULT_QUALITY,
+    prior_strength: float = DEFAULT_STRENGTH,
+    on_step: OnStep | None = None,
 ) -> FittedMaterial:
     """Fit and grade; on_step sees every step of the fit and may raise to stop it."""
     iterations = 0
-    for step in fit_steps(measurement, weight=weight):
+    for step in fit_steps(
+        measurement, weight=weight, quality=quality, prior_strength=prior_strength
+    ):
         iterations += 1
         if on_step:
             on_step(step)
-    result = result_of(step, iterations, weight)
+    result = result_of(step, iterations, weight, prior_strength)
     report = measurement.report
     return FittedMaterial(
         name=material_name(measurement.source.file_name),
@@ -67,6 +87,8 @@ def fit_measurement(
             "objective": result.objective,
             "iterations": result.iterations,
             "weight": result.weight,
+            "quality": quality,
+            "prior_strength": prior_strength,
             "mean_log_error": mean_log_error(tabulate(result.model), measurement),
             "largest_directional_albedo": largest_directional_albedo(result.model),
             "bins_usable": report.usable,

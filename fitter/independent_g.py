@@ -31,6 +31,7 @@ from .measurement import Measurement
 from .model import FactorModel
 from .nnls import solve_nonnegative
 from .problem import Moments, Problem, amplitudes
+from .quality import DEFAULT_QUALITY, QUALITIES
 from .starts import STARTS
 from .updates import (
     SCALE_FLOOR,
@@ -69,33 +70,43 @@ class IndependentG:
 
 
 def fit(
-    measurement: Measurement, *, weight: str = DEFAULT_WEIGHT, golden_section: bool = False
+    measurement: Measurement,
+    *,
+    weight: str = DEFAULT_WEIGHT,
+    quality: str = DEFAULT_QUALITY,
+    golden_section: bool = False,
 ) -> IndependentG:
     """Fit with the effort of `fit.fit`: the same starts, as many sweeps and joint steps.
 
+    There is no prior: nobody reads or edits these factors, and it could only cost quality.
+
     weight : a name in weights.WEIGHTS
+    quality : a name in quality.QUALITIES
     golden_section : alternation only, with the G step of Bagher et al. 2016
     """
+    work = QUALITIES[quality]
     coarse = Problem(
         measurement,
         weight=weight,
-        phi_group=shared.COARSE_PHI_GROUP,
-        n_angles=shared.COARSE_ANGLES,
+        phi_group=work.coarse_phi_group,
+        n_angles=work.coarse_angles,
     )
-    fine = Problem(measurement, weight=weight, n_angles=shared.POLISH_ANGLES)
     improve = _alternate if golden_section else _alternate_and_step
     explored = [
-        improve(coarse, model, shared.EXPLORE_SWEEPS, shared.EXPLORE_JOINT_STEPS)
-        for model in (_one_lobe(coarse, start(coarse)) for start in STARTS)
+        improve(coarse, model, work.sweeps, work.explore_steps)
+        for model in (_one_lobe(coarse, start(coarse)) for start in STARTS[: work.starts])
     ]
     model = _best_of_each_channel(coarse, explored)
     objective = coarse.objective_of(model)
-    for _ in range(shared.REFINE_ROUNDS):
+    for _ in range(work.refine_steps // shared.REFINE_JOINT_STEPS):
         model = improve(coarse, model, 1, shared.REFINE_JOINT_STEPS)
         before, objective = objective, coarse.objective_of(model)
         if before - objective < shared.CONVERGED * before:
             break
-    return IndependentG(improve(fine, model, 0, shared.POLISH_JOINT_STEPS))
+    if work.polish_steps:
+        fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
+        model = improve(fine, model, 0, work.polish_steps)
+    return IndependentG(model)
 
 
 def sweep(

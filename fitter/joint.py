@@ -27,6 +27,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from . import prior
 from .geometry import N_THETA_D, N_THETA_H
 from .model import FactorModel
 from .problem import Moments, Problem, amplitudes
@@ -39,11 +40,6 @@ DAMPING_START = 1e-3
 DAMPING_DOWN = 0.3
 DAMPING_UP = 4.0
 MAX_REJECTIONS = 8
-
-# Strength of the preference for level factors, relative to sum w rho^2. F trades off against G, so
-# it needs more; D and G are only kept from drifting where there is no data.
-FRESNEL_LEVEL = 5e-5
-DRIFT_LEVEL = 1e-7
 
 
 @dataclass(frozen=True)
@@ -78,31 +74,41 @@ class _Layout:
         )
 
 
-def refine(problem: Problem, model: FactorModel) -> Iterator[tuple[FactorModel, float]]:
-    """Yield (model, objective) after every accepted step; ends when no step lowers it."""
+def objective_of(problem: Problem, model: FactorModel, strength: float) -> float:
+    """What the steps minimise: E e^disorder."""
+    return problem.objective_of(model) * np.exp(prior.disorder(model, strength))
+
+
+def refine(
+    problem: Problem, model: FactorModel, strength: float = 0.0
+) -> Iterator[tuple[FactorModel, float]]:
+    """Yield (model, objective) after every accepted step; ends when no step lowers it.
+
+    strength : of the prior, which is part of the objective
+    """
     layout = _Layout.of(model)
-    x = layout.pack(model.normalized())
+    model = model.normalized()
     damping = DAMPING_START
     while True:
-        current = layout.unpack(x)
-        objective, normal, gradient = _normal_equations(problem, current, layout)
-        _prefer_level_factors(problem, current, layout, normal, gradient)
+        x = layout.pack(model)
+        value, normal, gradient = _normal_equations(problem, model, layout)
+        objective = value * np.exp(prior.disorder(model, strength))
+        _add_prior(problem, model, strength, value, layout, normal, gradient)
         for _ in range(MAX_REJECTIONS):
             step = _damped_step(normal, gradient, damping)
             step[: layout.diffuse.start] = np.clip(
                 step[: layout.diffuse.start], -MAX_LOG_STEP, MAX_LOG_STEP
             )
-            trial = layout.unpack(x + step)
-            value = problem.objective_of(trial)
-            if value < objective:
+            trial = layout.unpack(x + step).normalized()
+            after = objective_of(problem, trial, strength)
+            if after < objective:
                 break
             damping *= DAMPING_UP
         else:
             return
         damping = max(damping * DAMPING_DOWN, 1e-9)
-        trial = trial.normalized()
-        x = layout.pack(trial)
-        yield trial, value
+        model = trial
+        yield model, after
 
 
 def _damped_step(normal: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:
@@ -128,27 +134,24 @@ def _normal_equations(
     return problem.objective(model, moments), normal, gradient
 
 
-def _prefer_level_factors(
+def _add_prior(
     problem: Problem,
     model: FactorModel,
+    strength: float,
+    objective: float,
     layout: _Layout,
     normal: np.ndarray,
     gradient: np.ndarray,
 ) -> None:
-    """Add the penalty sum of (log x[j + 1] - log x[j])^2 over neighbours that are not zero."""
-    for factor, position, level in (
-        (model.fresnel, layout.fresnel, FRESNEL_LEVEL),
-        (model.ndf, layout.ndf, DRIFT_LEVEL),
-        (model.masking, layout.masking, DRIFT_LEVEL),
-    ):
-        weight = level * problem.target_energy
-        row, left = np.nonzero((factor[:, :-1] > 0) & (factor[:, 1:] > 0))
-        slope = np.log(factor[row, left + 1] / factor[row, left])
-        i = position.start + row * factor.shape[1] + left
-        np.add.at(gradient, i, weight * slope)
-        np.add.at(gradient, i + 1, -weight * slope)
-        for a, b, sign in ((i, i, 1), (i + 1, i + 1, 1), (i, i + 1, -1), (i + 1, i, -1)):
-            np.add.at(normal, (a, b), sign * weight)
+    """Add J' J and -J' r of the disorder: d(E e^disorder) = e^disorder (dE + E d disorder)."""
+    scale = np.sqrt(objective * problem.target_energy)
+    for name, terms in prior.terms(model, strength).items():
+        position = getattr(layout, name).start + terms.index
+        slope, value = scale * terms.slope, scale * terms.value
+        np.add.at(gradient, position, -slope * value[:, None])
+        for a in range(3):
+            for b in range(3):
+                np.add.at(normal, (position[:, a], position[:, b]), slope[:, a] * slope[:, b])
 
 
 def _fill_cell_blocks(

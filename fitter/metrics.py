@@ -19,7 +19,7 @@ from .geometry import (
     theta_h_centres,
 )
 from .measurement import Measurement
-from .weights import DEFAULT_WEIGHT, WEIGHTS
+from .weights import DEFAULT_WEIGHT, sample_weights
 
 # What counts as black in the log error, 1/sr.
 LOG_FLOOR = 1e-3
@@ -70,14 +70,9 @@ def relative_objective(
     table : f_r (90, 90, 180, 3), 1/sr
     weight : a name in weights.WEIGHTS
     """
-    bins = merl_bins()
-    valid = measurement.valid
-    cosines = [np.where(valid, cosine, 1) for cosine in (bins.cos_i, bins.cos_o)]
-    measure = np.where(valid, merl_solid_angle()[:, :, None], 0)
     error = energy = 0.0
-    for channel in range(3):
+    for channel, w in enumerate(sample_weights(measurement, weight)):
         rho = measurement.f_r[..., channel]
-        w = measure * WEIGHTS[weight](rho, *cosines)
         error += float((w * (table[..., channel] - rho) ** 2).sum())
         energy += float((w * rho**2).sum())
     return error / energy

@@ -29,11 +29,10 @@ from .geometry import (
     N_THETA_D,
     N_THETA_H,
     merl_bins,
-    merl_solid_angle,
 )
 from .measurement import Measurement
 from .model import FactorModel
-from .weights import DEFAULT_WEIGHT, WEIGHTS
+from .weights import DEFAULT_WEIGHT, sample_weights
 
 N_CELLS = N_THETA_H * N_THETA_D
 
@@ -72,17 +71,12 @@ class Problem:
     ) -> None:
         n_phi = N_PHI_D // 2 // phi_group
         bins = merl_bins()
-        valid = measurement.valid & bins.above_horizon
-        cos_i, cos_o = np.where(valid, bins.cos_i, 1), np.where(valid, bins.cos_o, 1)
-
         self.n_angles = n_angles
         self.weight = np.empty((N_CELLS, n_phi, 3))
         self.weighted_target = np.empty_like(self.weight)
         self.target_energy = 0.0
-        measure = np.where(valid, merl_solid_angle()[:, :, None], 0)
-        for channel in range(3):
+        for channel, w in enumerate(sample_weights(measurement, weight)):
             rho = measurement.f_r[..., channel]
-            w = measure * WEIGHTS[weight](rho, cos_i, cos_o)
             self.target_energy += float((w * rho * rho).sum())
             self.weight[..., channel] = _aggregate(w, n_phi)
             self.weighted_target[..., channel] = _aggregate(w * rho, n_phi)

@@ -55,16 +55,28 @@ def start_fixed(problem: Problem) -> FactorModel:
     return _start(problem, np.stack([_ggx(a) for a in (0.05, 0.2, 0.6)]))
 
 
-def start_random(problem: Problem) -> FactorModel:
-    """Unrelated random D: whatever the data prefers; the seed is fixed."""
-    rng = np.random.default_rng(0)
+def start_narrow(problem: Problem) -> FactorModel:
+    """GGX lobes for mirror-like materials."""
+    return _start(problem, np.stack([_ggx(a) for a in (0.02, 0.07, 0.3)]))
+
+
+def start_random(problem: Problem, seed: int = 0) -> FactorModel:
+    """Unrelated random D: whatever the data prefers."""
+    rng = np.random.default_rng(seed)
     return _start(problem, rng.random((N_LOBES, len(theta_h_centres()))) + 0.1)
+
+
+def start_random_again(problem: Problem) -> FactorModel:
+    """Other random D."""
+    return start_random(problem, seed=1)
 
 
 STARTS: tuple[Callable[[Problem], FactorModel], ...] = (
     start_from_width,
     start_random,
     start_fixed,
+    start_narrow,
+    start_random_again,
 )
 
 

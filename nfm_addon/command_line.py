@@ -59,6 +59,7 @@ def _add_eval_verb(verbs: argparse._SubParsersAction) -> None:
 def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("render", help="render the standard sphere")
     parser.add_argument("file", metavar="FILE_OR_PARAMS", help="a measured file or .nfm.json")
+    fitter_command_line.add_quality_option(parser)
     parser.add_argument("-o", "--output", metavar="OUT.exr|OUT.png", required=True, type=Path)
     parser.add_argument("--env", metavar="MAP.hdr", type=Path, help="default: uniform white 1")
     parser.add_argument("--samples", type=_integer(1, 2**24), default=64, metavar="N")
@@ -82,7 +83,7 @@ def _run_render(arguments: argparse.Namespace) -> None:
     check_output(arguments.output)
     if arguments.env and not arguments.env.is_file():
         raise NfmError(f"{shown_name(arguments.env)}: no such image; check the path")
-    fitted = _fitted(arguments.file)
+    fitted = _fitted(arguments.file, arguments.quality)
     view = SphereView(
         resolution=arguments.resolution,
         samples=arguments.samples,
@@ -99,6 +100,7 @@ def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "file", metavar="FILE", nargs="?", help="a measured file; default: a synthetic sample"
     )
+    fitter_command_line.add_quality_option(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -127,7 +129,7 @@ def _run_demo(arguments: argparse.Namespace) -> None:
             "To see a measured material: ./nfm demo FILE.binary\n\n"
         )
     start = time.perf_counter()
-    fitted = _fitted(path)
+    fitted = _fitted(path, arguments.quality)
     sys.stdout.write(fitter_command_line.report_text(fitted, time.perf_counter() - start))
     sys.stdout.flush()
 
@@ -139,10 +141,12 @@ def _run_demo(arguments: argparse.Namespace) -> None:
     sys.stdout.write(f"\nThe picture is {picture.resolve()}\n")
 
 
-def _fitted(path: str | Path) -> FittedMaterial:
+def _fitted(path: str | Path, quality: str) -> FittedMaterial:
     with Progress(sys.stderr, "fit") as progress:
         return material_from_file(
-            path, on_step=lambda step: progress.update(step.progress, step.stage)
+            path,
+            quality=quality,
+            on_step=lambda step: progress.update(step.progress, step.stage),
         )
 
 

@@ -11,12 +11,19 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import material_from_file
+from ...fitter.quality import DEFAULT_QUALITY
 from .. import material
 from ..properties import SAMPLING_ITEMS
 
+QUALITY_ITEMS = (
+    ("DRAFT", "Draft", "A first look, in about 2 seconds"),
+    ("STANDARD", "Standard", "For most uses, in less than 10 seconds"),
+    ("BEST", "Best", "The last few tenths of a decibel, in less than 40 seconds"),
+)
+
 
 class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
-    """bpy.ops.nfm.import_measurement(filepath=..., sampling='REFERENCE')."""
+    """bpy.ops.nfm.import_measurement(filepath=..., sampling='REFERENCE', quality='STANDARD')."""
 
     bl_idname = "nfm.import_measurement"
     bl_label = "Import Measured BRDF"
@@ -31,6 +38,12 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     sampling: EnumProperty(
         name="Sampling", description="How Cycles samples the material", items=SAMPLING_ITEMS
     )
+    quality: EnumProperty(
+        name="Quality",
+        description="How long the fit of a measured file may take",
+        items=QUALITY_ITEMS,
+        default=DEFAULT_QUALITY.upper(),
+    )
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         progress = context.window_manager
@@ -38,6 +51,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         try:
             fitted = material_from_file(
                 bpy.path.abspath(self.filepath),
+                quality=self.quality.lower(),
                 on_step=lambda step: progress.progress_update(step.progress),
             )
             new = material.build(fitted, self.sampling)

@@ -78,9 +78,10 @@ def test_finished_materials_are_not_fitted_again(graded, files, tmp_path, capsys
     assert len(graded) == 2
     # other settings and other folders are other results
     assert main([*first, "--report", str(tmp_path), "--weight", "log"]) == 0
+    assert main([*first, "--report", str(tmp_path), "--quality", "draft"]) == 0
     assert main([*first, "--report", str(tmp_path), "--golden-section"]) == 0
     assert main([*first, "--report", str(tmp_path / "other")]) == 0
-    assert len(graded) == 5
+    assert len(graded) == 6
 
 
 def test_damaged_result_is_fitted_again(graded, files, tmp_path):

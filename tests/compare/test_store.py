@@ -56,11 +56,12 @@ def test_key_depends_on_all_that_matters(monkeypatch):
         result_key("sha2", Settings("log"), [SCENE]),
         result_key("sha", Settings("linear"), [SCENE]),
         result_key("sha", Settings("log", golden_section=True), [SCENE]),
+        result_key("sha", Settings("log", "draft"), [SCENE]),
         result_key("sha", Settings("log"), []),
         result_key("sha", Settings("log"), [other]),
         result_key("sha", Settings("log"), [SCENE, SCENE]),
     }
-    assert len(keys) == 7
+    assert len(keys) == 8
     assert result_key("sha", Settings("log"), [SCENE]) in keys
     monkeypatch.setattr(store, "code_version", lambda: "another")
     assert result_key("sha", Settings("log"), [SCENE]) not in keys

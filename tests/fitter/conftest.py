@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from fitter import fit, geometry, metrics, splines
+from fitter import fit, geometry, metrics, quality, splines
 from fitter.model import FactorModel
 from fitter.problem import Problem
 
@@ -88,12 +88,19 @@ def planted_steps(planted_measurement):
 @pytest.fixture
 def short_fit(monkeypatch):
     """Fits that run through every stage but take a step or two in each."""
-    for name in ("EXPLORE_SWEEPS", "EXPLORE_JOINT_STEPS", "REFINE_ROUNDS", "REFINE_JOINT_STEPS"):
-        monkeypatch.setattr(fit, name, 1)
-    monkeypatch.setattr(fit, "POLISH_JOINT_STEPS", 1)
-    monkeypatch.setattr(fit, "COARSE_PHI_GROUP", 9)
-    monkeypatch.setattr(fit, "COARSE_ANGLES", 120)
-    monkeypatch.setattr(fit, "POLISH_ANGLES", 180)
+    short = quality.Quality(
+        starts=3,
+        sweeps=1,
+        explore_steps=1,
+        refine_steps=1,
+        coarse_phi_group=9,
+        coarse_angles=120,
+        polish_steps=1,
+        polish_angles=180,
+    )
+    for name in quality.QUALITIES:
+        monkeypatch.setitem(quality.QUALITIES, name, short)
+    monkeypatch.setattr(fit, "REFINE_JOINT_STEPS", 1)
 
 
 @pytest.fixture(scope="session")

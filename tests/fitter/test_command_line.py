@@ -53,21 +53,25 @@ def test_fit_writes_and_reports(short_fit, measured, tmp_path, capsys):
     assert f"log error  {material.fit['mean_log_error']:.4f}" in out
     assert f"{material.fit['largest_directional_albedo']:.3f}" in out
     assert str(output) in out
-    assert err.splitlines() == [
-        f"fit: {step}" for step in ("explore 1", "explore 2", "explore 3", "refine", "polish")
-    ]
+    explored = [f"{stage} {n}" for n in (1, 2, 3) for stage in ("sweep", "explore")]
+    assert err.splitlines() == [f"fit: {stage}" for stage in (*explored, "refine", "polish")]
     assert list(tmp_path.iterdir()) == [output]
 
 
 def test_fit_report_for_machines(short_fit, measured, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["fit", str(measured), "--json", "--weight", "log1p"]) == 0
+    options = ["--weight", "log1p", "--quality", "draft", "--prior", "0.05"]
+    assert main(["fit", str(measured), "--json", *options]) == 0
     report = json.loads(capsys.readouterr().out)
     material = parameter_file.load(tmp_path / "copper.nfm.json")  # the name of the file, here
     assert report.pop("output") == "copper.nfm.json"
     assert report.pop("seconds") > 0
     assert report == material.fit
-    assert report["weight"] == "log1p"
+    assert [report[key] for key in ("weight", "quality", "prior_strength")] == [
+        "log1p",
+        "draft",
+        0.05,
+    ]
 
 
 def test_fit_of_a_missing_file(tmp_path, capsys):
@@ -112,6 +116,10 @@ def test_fit_to_a_path_that_is_a_folder(measured, tmp_path, capsys, monkeypatch,
         ["fly"],
         ["fit", "x", "--weight", "heavy"],
         ["fit", "x", "--model", "other"],
+        ["fit", "x", "--quality", "perfect"],
+        ["fit", "x", "--prior", "-1"],
+        ["fit", "x", "--prior", "nan"],
+        ["fit", "x", "--prior", "much"],
         ["fit", "x", "y"],
         ["eval", "x"],
         ["eval", "x", "--directions", "y"],

@@ -1,10 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from fitter import fit, geometry, metrics, parameter_file, sphere, synthetic
+from fitter import (
+    fit,
+    geometry,
+    joint,
+    metrics,
+    parameter_file,
+    prior,
+    quality,
+    readability,
+    sphere,
+    synthetic,
+)
 from fitter.parameter_file import FittedMaterial
 from fitter.problem import Problem
 
@@ -54,23 +66,89 @@ def lamps():
 @pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
 def test_objective_never_rises_within_a_stage(request, fixture):
     found = stages(request.getfixturevalue(fixture))
-    assert list(found) == ["explore 1", "explore 2", "explore 3", "refine", "polish"]
+    starts = range(1, quality.QUALITIES["standard"].starts + 1)
+    explored = [f"{stage} {n}" for n in starts for stage in ("sweep", "explore")]
+    assert list(found) == [*explored, "refine", "polish"]
     for stage, objectives in found.items():
         assert len(objectives) > 1, stage
+        if stage.startswith("sweep"):
+            continue  # putting factors in order may raise it
         for before, after in pairwise(objectives):
             assert after <= before * (1 + 1e-12), stage
     # refining continues the best start, on the same samples
-    best = min(found[f"explore {n}"][-1] for n in (1, 2, 3))
+    best = min(found[f"explore {n}"][-1] for n in starts)
     assert found["refine"][0] <= best * (1 + 1e-12)
     assert found["refine"][-1] < 0.9 * best
 
 
+def test_without_the_prior_no_step_at_all_raises_the_objective(two_lobes, monkeypatch):
+    work = replace(
+        quality.QUALITIES["draft"], starts=2, sweeps=5, explore_steps=3, refine_steps=16,
+        polish_steps=2,
+    )  # fmt: skip
+    monkeypatch.setitem(quality.QUALITIES, "draft", work)
+    steps = list(fit.fit_steps(two_lobes, quality="draft", prior_strength=0))
+    found = stages(steps)
+    assert len(found["refine"]) > fit.REFINE_JOINT_STEPS  # a sweep between joint steps
+    for stage, objectives in found.items():
+        assert len(objectives) > 1, stage
+        for before, after in pairwise(objectives):
+            assert after <= before * (1 + 1e-12), stage
+
+
+def test_prior_makes_factors_readable(two_lobes, two_lobe_steps):
+    figures = readability.readability(two_lobe_steps[-1].model)
+    assert figures.fresnel_fall < 0.02
+    assert figures.ndf_rise < 0.1
+    assert figures.dead_lobes == 0
+    free = list(fit.fit_steps(two_lobes, quality="draft", prior_strength=0))[-1].model
+    without = readability.readability(free)
+    assert without.fresnel_fall > 0.2
+    assert without.ndf_rise > 0.3
+    assert without.turns > figures.turns
+
+
+def test_order_of_a_planted_model_is_recovered(planted_steps):
+    figures = readability.readability(planted_steps[-1].model)
+    assert figures.fresnel_fall < 1e-3
+    assert figures.masking_rise < 1e-3
+    assert figures.ndf_rise < 1e-3
+    assert figures.turns == figures.dead_lobes == 0
+
+
+def test_lobes_that_an_update_kills_are_revived(coarse, random_model, monkeypatch):
+    def killing(problem, moments, model):
+        ndf = model.ndf.copy()
+        ndf[1] = 0
+        return replace(model, ndf=ndf)
+
+    monkeypatch.setattr(fit, "update_ndf", killing)
+    start = random_model(0)
+    assert (fit.sweep(coarse, start, in_order=True).ndf[1] > 0).all()
+    assert not fit.sweep(coarse, start).ndf[1].any()
+
+
+@pytest.mark.parametrize("name", quality.QUALITIES)
+def test_every_quality_ends_where_it_says(two_lobes, name, monkeypatch):
+    work = replace(quality.QUALITIES[name], sweeps=1, explore_steps=1, refine_steps=1)
+    work = replace(work, polish_steps=min(work.polish_steps, 1), coarse_phi_group=9)
+    monkeypatch.setitem(quality.QUALITIES, name, work)
+    steps = list(fit.fit_steps(two_lobes, quality=name))
+    assert steps[-1].stage == ("polish" if work.polish_steps else "refine")
+    assert {s.stage for s in steps if s.stage.startswith("explore")} == {
+        f"explore {n + 1}" for n in range(work.starts)
+    }
+
+
 def test_objective_is_that_of_the_model(two_lobes, two_lobe_steps):
-    problem = Problem(two_lobes, n_angles=fit.POLISH_ANGLES)
+    problem = Problem(two_lobes, n_angles=quality.QUALITIES["standard"].polish_angles)
     last = two_lobe_steps[-1]
-    assert problem.objective_of(last.model) == pytest.approx(last.objective, rel=1e-9)
-    result = fit.result_of(last, 7, "display-gamma")
-    assert problem.objective_of(result.model) == pytest.approx(last.objective, rel=1e-9)
+    strength = prior.DEFAULT_STRENGTH
+    penalised = joint.objective_of(problem, last.model, strength)
+    assert penalised == pytest.approx(last.objective, rel=1e-9)
+    result = fit.result_of(last, 7, "display-gamma", strength)
+    assert problem.objective_of(result.model) == pytest.approx(result.objective, rel=1e-9)
+    assert result.objective < last.objective
     assert (result.iterations, result.weight) == (7, "display-gamma")
 
 
@@ -93,7 +171,7 @@ def test_every_step_is_in_the_gauge(two_lobe_steps):
 
 
 def test_lobes_of_the_result_run_from_narrow_to_wide(two_lobe_steps):
-    result = fit.result_of(two_lobe_steps[-1], 1, "display-gamma")
+    result = fit.result_of(two_lobe_steps[-1], 1, "display-gamma", prior.DEFAULT_STRENGTH)
     centres = geometry.theta_h_centres()
     weight = result.model.ndf * np.sin(2 * centres) * np.sqrt(centres)
     width = (weight * np.sqrt(centres)).sum(1) / weight.sum(1)
@@ -101,7 +179,7 @@ def test_lobes_of_the_result_run_from_narrow_to_wide(two_lobe_steps):
 
 
 def test_two_lobes_are_fitted(two_lobes, two_lobe_steps):
-    assert two_lobe_steps[-1].objective < 1e-4
+    assert two_lobe_steps[-1].objective < 2e-4
     table = metrics.tabulate(two_lobe_steps[-1].model)
     assert metrics.mean_log_error(table, two_lobes) < 0.02
 
@@ -129,7 +207,7 @@ def test_noise_and_missing_bins(short_fit, make_measurement):
     for name in FACTORS:
         assert np.isfinite(getattr(result.model, name)).all()
     steps = list(fit.fit_steps(measurement))
-    again = fit.result_of(steps[-1], len(steps), "display-gamma")
+    again = fit.result_of(steps[-1], len(steps), "display-gamma", prior.DEFAULT_STRENGTH)
     assert again.iterations == result.iterations
     first, second = (
         parameter_file.dumps(FittedMaterial("x", r.model, fit={"objective": r.objective}))
@@ -141,7 +219,7 @@ def test_noise_and_missing_bins(short_fit, make_measurement):
 def test_other_weight(short_fit, two_lobes):
     result = fit.fit(two_lobes, weight="log")
     assert result.weight == "log"
-    problem = Problem(two_lobes, weight="log", n_angles=fit.POLISH_ANGLES)
+    problem = Problem(two_lobes, weight="log", n_angles=quality.QUALITIES["standard"].polish_angles)
     assert problem.objective_of(result.model) == pytest.approx(result.objective, rel=1e-9)
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
 import pytest
 
-from fitter import fit_file, metrics, parameter_file
+from fitter import fit_file, metrics, parameter_file, prior
 from fitter.errors import MeasurementError, ParameterFileError
 from fitter.fit_file import is_parameter_file, material_from_file, material_name
 from fitter.parameter_file import FittedMaterial
@@ -9,12 +10,17 @@ from fitter.parameter_file import FittedMaterial
 
 def test_fit_and_grade(short_fit, two_lobes):
     steps = []
-    material = fit_file.fit_measurement(two_lobes, weight="log", on_step=steps.append)
+    material = fit_file.fit_measurement(
+        two_lobes, weight="log", quality="best", prior_strength=0.1, on_step=steps.append
+    )
     assert material.name == "planted"
     assert material.source == two_lobes.source
     figures = material.fit
     assert figures["iterations"] == len(steps) > 5
-    assert figures["objective"] == steps[-1].objective
+    disorder = prior.disorder(material.model, 0.1)
+    assert disorder > 0
+    assert figures["objective"] == pytest.approx(steps[-1].objective / np.exp(disorder))
+    assert (figures["quality"], figures["prior_strength"]) == ("best", 0.1)
     assert figures["weight"] == "log"
     error = metrics.mean_log_error(metrics.tabulate(material.model), two_lobes)
     assert figures["mean_log_error"] == pytest.approx(error, rel=1e-9)

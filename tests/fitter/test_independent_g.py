@@ -8,6 +8,7 @@ from fitter import fit as shared
 from fitter import independent_g, metrics
 from fitter.independent_g import IndependentG
 from fitter.problem import Problem
+from fitter.quality import QUALITIES, Quality
 
 DIAGONAL = np.eye(3, dtype=bool)
 
@@ -27,13 +28,10 @@ def measured_by_channel(planted_by_channel, make_measurement):
 def effort(monkeypatch):
     """Set the effort of a fit; angle bins fine enough to see the planted model through them."""
 
-    def set_to(sweeps, joint_steps, rounds):
-        monkeypatch.setattr(shared, "EXPLORE_SWEEPS", sweeps)
-        monkeypatch.setattr(shared, "EXPLORE_JOINT_STEPS", joint_steps)
-        monkeypatch.setattr(shared, "REFINE_ROUNDS", rounds)
+    def set_to(sweeps, joint_steps, rounds, **resolution):
+        work = Quality(3, sweeps, joint_steps, 4 * rounds, 15, 360, 2, 720)
+        monkeypatch.setitem(QUALITIES, "standard", replace(work, **resolution))
         monkeypatch.setattr(shared, "REFINE_JOINT_STEPS", 4)
-        monkeypatch.setattr(shared, "POLISH_JOINT_STEPS", 2)
-        monkeypatch.setattr(shared, "COARSE_PHI_GROUP", 15)
 
     return set_to
 
@@ -190,9 +188,7 @@ def test_every_start_offers_its_best_lobe(coarse):
 
 def test_effort_is_that_of_our_fit(monkeypatch, effort, two_lobes):
     """As many starts, sweeps, joint steps and stages; only the sweeps that choose lobes on top."""
-    effort(sweeps=1, joint_steps=1, rounds=1)
-    monkeypatch.setattr(shared, "COARSE_ANGLES", 60)
-    monkeypatch.setattr(shared, "POLISH_ANGLES", 60)
+    effort(sweeps=1, joint_steps=1, rounds=1, coarse_angles=60, polish_angles=60)
     counts = {"sweep": 0, "step": 0}
     sweep, refine = independent_g.sweep, independent_g.joint.refine
 

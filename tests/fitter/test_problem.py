@@ -6,7 +6,7 @@ import pytest
 
 from fitter import geometry, metrics
 from fitter.problem import Problem, amplitudes
-from fitter.weights import WEIGHTS
+from fitter.weights import sample_weights
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +40,8 @@ def brute_force(measurement, model, weight, phi_group, n_angles):
     bins = geometry.merl_bins()
     valid = measurement.valid & bins.above_horizon
     error = energy = 0.0
+    weights = list(sample_weights(measurement, weight))
     for h in range(90):
-        seen = valid[h]
-        cos_i = np.where(seen, bins.cos_i[h], 0.5)
-        cos_o = np.where(seen, bins.cos_o[h], 0.5)
         u_i, u_o = (
             snapped_masking(model, np.clip(c[h][:, stand_in], 0, 1), n_angles)
             for c in (bins.cos_i, bins.cos_o)
@@ -54,8 +52,7 @@ def brute_force(measurement, model, weight, phi_group, n_angles):
                 model.scale[:, c, None, None] * lobes
             ).sum(0)
             rho = measurement.f_r[h, ..., c]
-            measure = np.where(seen, geometry.merl_solid_angle()[h][:, None], 0)
-            w = measure * WEIGHTS[weight](rho, cos_i, cos_o)
+            w = np.where(valid[h], weights[c][h], 0)
             error += (w * (f - rho) ** 2).sum()
             energy += (w * rho**2).sum()
     return error / energy
@@ -74,15 +71,11 @@ def test_objective_is_the_sum_over_all_bins(uneven, random_model, weight, phi_gr
 
 def test_swapped_pairs_share_a_sample_exactly(uneven):
     problem = Problem(uneven, n_angles=90)
-    valid = uneven.valid
-    bins = geometry.merl_bins()
+    weights = list(sample_weights(uneven, "display-gamma"))
     h, d, k = 20, 30, 11
     expected = np.zeros(3)
     for p in (k, 179 - k):
-        if valid[h, d, p]:
-            cosines = bins.cos_i[h, d, p], bins.cos_o[h, d, p]
-            w = WEIGHTS["display-gamma"](uneven.f_r[h, d, p], *cosines)
-            expected += w * geometry.merl_solid_angle()[h, d]
+        expected += [w[h, d, p] for w in weights]
     np.testing.assert_allclose(problem.weight[h * 90 + d, k], expected, rtol=1e-12)
 
 
@@ -186,12 +179,8 @@ def test_objective_agrees_with_the_model_itself(planted, planted_measurement):
     # no snapping in this sum: the model's own f_r at the bin centres
     model = replace(planted, diffuse=np.array([0.1, 0.02, 0.3]), scale=planted.scale[::-1])
     table = metrics.tabulate(model)
-    bins = geometry.merl_bins()
-    valid = planted_measurement.valid
-    cosines = (np.where(valid, c, 1)[..., None] for c in (bins.cos_i, bins.cos_o))
     rho = planted_measurement.f_r
-    w = WEIGHTS["display-gamma"](rho, *cosines) * geometry.merl_solid_angle()[:, :, None, None]
-    w = np.where(valid[..., None], w, 0)
+    w = np.stack(list(sample_weights(planted_measurement, "display-gamma")), -1)
     expected = (w * (table - rho) ** 2).sum() / (w * rho**2).sum()
     got = Problem(planted_measurement, n_angles=720).objective_of(model)
     assert got == pytest.approx(expected, rel=5e-3)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much work a fit may do: the same model and objective, more or fewer steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Work of each stage of `fit`.
+
+    starts : how many of starts.STARTS are explored
+    sweeps, explore_steps : alternating sweeps and joint steps for each of them
+    refine_steps : joint steps at most for the best of them
+    coarse_phi_group, coarse_angles : resolution of these stages, see `problem`
+    polish_steps : joint steps on all samples
+    polish_angles : angle bins of the polish
+    """
+
+    starts: int
+    sweeps: int
+    explore_steps: int
+    refine_steps: int
+    coarse_phi_group: int
+    coarse_angles: int
+    polish_steps: int
+    polish_angles: int
+
+
+QUALITIES = {
+    "draft": Quality(1, 6, 0, 12, 9, 180, 0, 180),
+    "standard": Quality(3, 6, 4, 32, 5, 360, 4, 720),
+    "best": Quality(5, 12, 8, 60, 5, 360, 24, 720),
+}
+DEFAULT_QUALITY = "standard"
