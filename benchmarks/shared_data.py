@@ -18,6 +18,7 @@ GRACE = SHARED / "data" / "env" / "grace_probe_latlong.hdr"
 GROVE = SHARED / "data" / "env" / "rnl_probe_latlong.hdr"
 STUDIO = SHARED / "data" / "env" / "polyhaven_studio_small_03_1k.hdr"
 GARDEN = SHARED / "data" / "env" / "polyhaven_chinese_garden_1k.hdr"  # 69 % of its light is the sun
+BUDDHA = SHARED / "data" / "mesh" / "happy_vrip_res3.ply"
 
 
 def require_shared() -> None:

@@ -55,3 +55,7 @@ class Measurement:
     def lookup(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """f_r (n, 3) of the bins that hold the unit directions (n, 3); 0 where not valid."""
         return self.f_r[merl_bin_index(wi, wo)]
+
+    def lookup_valid(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """Mask (n,): whether the bins that hold the unit directions (n, 3) were measured."""
+        return self.valid[merl_bin_index(wi, wo)]

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from .geometry import (
@@ -17,13 +19,20 @@ from .geometry import (
     theta_h_centres,
 )
 from .measurement import Measurement
-from .model import FactorModel
+from .weights import DEFAULT_WEIGHT, sample_weights
 
 # What counts as black in the log error, 1/sr.
 LOG_FLOOR = 1e-3
 
 
-def tabulate(model: FactorModel) -> np.ndarray:
+class Brdf(Protocol):
+    """What can be graded: our model and those it is compared with. Reciprocal and isotropic."""
+
+    def f_r(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """BRDF (n, 3), 1/sr, for unit directions wi, wo (n, 3); 0 below the horizon."""
+
+
+def tabulate(model: Brdf) -> np.ndarray:
     """f_r (90, 90, 180, 3) at the bin centres of the MERL grid; 0 below the horizon."""
     # phi_d and pi - phi_d swap wi and wo, and the model is reciprocal: half the bins are enough
     half = N_PHI_D // 2
@@ -48,3 +57,36 @@ def mean_log_error(table: np.ndarray, measurement: Measurement) -> float:
     valid = measurement.valid
     error = np.abs(ratio[valid]).mean(-1)
     return float((error * weight[valid]).sum() / weight[valid].sum())
+
+
+def relative_objective(
+    table: np.ndarray, measurement: Measurement, weight: str = DEFAULT_WEIGHT
+) -> float:
+    """E of eq. 2 over sum w rho^2, with the values themselves: 1 for a black model.
+
+    The objective that a fit reports snaps theta_i and theta_o to angle bins; here nothing is
+    approximated, and models of any kind can be compared.
+
+    table : f_r (90, 90, 180, 3), 1/sr
+    weight : a name in weights.WEIGHTS
+    """
+    error = energy = 0.0
+    for channel, w in enumerate(sample_weights(measurement, weight)):
+        rho = measurement.f_r[..., channel]
+        error += float((w * (table[..., channel] - rho) ** 2).sum())
+        energy += float((w * rho**2).sum())
+    return error / energy
+
+
+def numeric_psnr(table: np.ndarray, measurement: Measurement) -> float:
+    """PSNR in dB of the values, as Peng et al. 2017 give beside that of pictures.
+
+    10 log10(peak^2 / mean squared error) over valid bins and channels, each bin counted once; the
+    peak is the largest measured value. Sharp highlights decide it nearly alone.
+
+    table : f_r (90, 90, 180, 3), 1/sr
+    """
+    valid = measurement.valid
+    rho = measurement.f_r[valid]
+    relative = np.mean(((table[valid] - rho) / rho.max()) ** 2)
+    return float(-10 * np.log10(max(relative, 1e-30)))

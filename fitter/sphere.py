@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exact pictures of a sphere under an environment map, to grade a fit by what it looks like.
+"""Exact pictures under an environment map, to grade a fit by what it looks like.
 
 Protocol (docs/RESULTS.md): orthographic view of the unit sphere, 64 x 64 pixels with one ray
 through each centre, environment box-filtered to 128 x 64 texels that are summed exactly, tables
@@ -15,18 +15,27 @@ from .geometry import N_PHI_D, N_THETA_D, N_THETA_H, merl_bin_index, normalized
 RESOLUTION = 64
 ENVIRONMENT_SHAPE = (64, 128)
 
+# Bounds the memory of a render: 16 MB for each array over pixels and texels.
+PIXELS_AT_ONCE = 512
+
 # Pixels of the lit sphere, sRGB-like display: exposure so that the reference's mean is EXPOSURE.
 EXPOSURE = 0.3
 DISPLAY_GAMMA = 2.2
 
 
-class SphereScene:
-    """The sphere seen along -z with +y up; the map's poles are +-y, its columns run from +x to +z.
+class LitScene:
+    """Visible points with normals, seen along -z with +y up, under environment maps.
 
+    A map's poles are +-y, its columns run from +x to +z. Direct light without shadows.
+
+    normals : (n, 3) unit, facing the viewer (+z), one for each pixel that is True in `mask`
+    mask : (height, width)
     environments : list of (h, w, 3) radiance maps, row 0 at +y; h and w at least 64 and 128
     """
 
-    def __init__(self, environments: list[np.ndarray], resolution: int = RESOLUTION) -> None:
+    def __init__(
+        self, normals: np.ndarray, mask: np.ndarray, environments: list[np.ndarray]
+    ) -> None:
         rows, columns = ENVIRONMENT_SHAPE
         theta = (np.arange(rows) + 0.5) / rows * np.pi
         phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
@@ -45,28 +54,38 @@ class SphereScene:
                 for image in environments
             ]
         ).astype(np.float32)
-
-        axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
-        x, y = np.meshgrid(axis, -axis)
-        self.mask = x * x + y * y < 1
-        x, y = x[self.mask], y[self.mask]
-        normals = np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1)
-        self._bins, self._cosines = _table_look_ups(normals, directions)
+        self.mask = mask
+        self._normals, self._directions = normals, directions
+        self._bins = _table_look_ups(normals, directions)
 
     def render(self, f_r: np.ndarray) -> np.ndarray:
         """Linear pixels (environments, n_pixels, 3) of a table (90, 90, 180, 3) in 1/sr."""
         out = np.empty((len(self._light), len(self._bins), 3))
-        for channel in range(3):
-            table = np.append(np.ravel(f_r[..., channel]), 0).astype(np.float32)
-            reflected = table[self._bins] * self._cosines
-            out[..., channel] = self._light[..., channel] @ reflected.T
+        tables = [np.append(f_r[..., c].ravel(), 0).astype(np.float32) for c in range(3)]
+        for start in range(0, len(self._bins), PIXELS_AT_ONCE):
+            rows = slice(start, start + PIXELS_AT_ONCE)
+            cosines = (self._normals[rows] @ self._directions.T).astype(np.float32)
+            for channel, table in enumerate(tables):
+                reflected = table[self._bins[rows]] * cosines
+                out[:, rows, channel] = self._light[..., channel] @ reflected.T
         return out
 
     def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """Display picture (resolution, resolution, 3) in 0..1 of one environment's pixels."""
+        """Display picture (height, width, 3) in 0..1 of one environment's pixels."""
         image = np.zeros((*self.mask.shape, 3))
         image[self.mask] = display(pixels, reference)
         return image
+
+
+class SphereScene(LitScene):
+    """The unit sphere; see LitScene."""
+
+    def __init__(self, environments: list[np.ndarray], resolution: int = RESOLUTION) -> None:
+        axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+        x, y = np.meshgrid(axis, -axis)
+        mask = x * x + y * y < 1
+        x, y = x[mask], y[mask]
+        super().__init__(np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1), mask, environments)
 
 
 def display(pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -91,19 +110,19 @@ def box_filtered(image: np.ndarray, rows: int, columns: int) -> np.ndarray:
     return cropped.reshape(rows, height, columns, width, 3).mean((1, 3))
 
 
-def _table_look_ups(normals: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Flat table index (n_pixels, n_directions) and cos theta_i; the index past the end is 0."""
+def _table_look_ups(normals: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Flat table index (n_pixels, n_directions); past the end for light from below."""
     outside = N_THETA_H * N_THETA_D * N_PHI_D
     index = np.full((len(normals), len(directions)), outside, np.int32)
-    cosines = np.zeros(index.shape, np.float32)
     view = np.array([0.0, 0.0, 1.0])
     for row, normal in enumerate(normals):
         lit = directions @ normal > 0
-        tangent = normalized(np.cross([0.0, 1.0, 0.0], normal))
+        # any tangent will do: the material is isotropic
+        aside = [0.0, 1.0, 0.0] if abs(normal[1]) < 0.999 else [1.0, 0.0, 0.0]
+        tangent = normalized(np.cross(aside, normal))
         frame = np.stack([tangent, np.cross(normal, tangent), normal])
         wi = directions[lit] @ frame.T
         wo = np.broadcast_to(frame @ view, wi.shape)
         h, d, p = merl_bin_index(wi, wo)
         index[row, lit] = (h * N_THETA_D + d) * N_PHI_D + p
-        cosines[row, lit] = wi[:, 2]
-    return index, cosines
+    return index

@@ -86,7 +86,7 @@ def update_masking(
 
     kernels : (lobes, 8100, n_phi) of the present model
     """
-    pair_matrix, pair_right = _masking_normal_equations(problem, kernels, model, lobe)
+    pair_matrix, pair_right = masking_normal_equations(problem, kernels, model, lobe)
     control = model.masking[lobe].copy()
     basis = problem.basis
     u = basis @ control
@@ -122,7 +122,7 @@ def update_masking(
     return replace(model, masking=masking)
 
 
-def _masking_normal_equations(
+def masking_normal_equations(
     problem: Problem, kernels: np.ndarray, model: FactorModel, lobe: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Symmetric (n, n) sums over pairs of angle bins of w y^2 and w y z (eqs. 5-7)."""

@@ -26,8 +26,13 @@ VERBS = {
     "fit": Verb("fit a measured file", _module("fitter", "fit"), loads_blender=False),
     "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
+    "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),
     "bench": Verb("print the tables of figures", _module("benchmarks")),
-    "test": Verb("run ruff, then pytest on both Blender versions", _module("runner.checks")),
+    "test": Verb(
+        "run ruff, then pytest on both Blender versions",
+        _module("runner.checks"),
+        extras=("report",),
+    ),
     "python": Verb("run the environment's interpreter", ()),
 }
 

@@ -6,8 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
+from fitter import geometry, synthetic
+from fitter.measurement import BinReport, Measurement, Source
 from runner import blender as loader
 from runner.environment import CHECKOUT
 
@@ -50,3 +53,27 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip(f"there is no {folder}")
     return folder
+
+
+@pytest.fixture(scope="session")
+def make_measurement():
+    """Measurement of a table (90, 90, 180, 3); bins outside `valid` count as negative."""
+
+    def make(f_r, valid=None):
+        above = geometry.merl_bins().above_horizon
+        valid = above if valid is None else valid & above
+        missing = int((above & ~valid).sum())
+        return Measurement(
+            f_r=np.where(valid[..., None], f_r, 0),
+            valid=valid,
+            source=Source("planted.binary", "merl", "0" * 64),
+            report=BinReport(valid.size, int((~above).sum()), missing, 0),
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def two_lobes(make_measurement):
+    """A clear coat over flakes and a diffuse base."""
+    return make_measurement(*synthetic.tabulate(synthetic.SAMPLES["copper-paint"]))

@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from fitter import fit, geometry, metrics, quality, splines, synthetic
-from fitter.measurement import BinReport, Measurement, Source
+from fitter import fit, geometry, metrics, quality, splines
 from fitter.model import FactorModel
 from fitter.problem import Problem
 
@@ -58,32 +57,8 @@ def random_model():
 
 
 @pytest.fixture(scope="session")
-def make_measurement():
-    """Measurement of a table (90, 90, 180, 3); bins outside `valid` count as negative."""
-
-    def make(f_r, valid=None):
-        above = geometry.merl_bins().above_horizon
-        valid = above if valid is None else valid & above
-        missing = int((above & ~valid).sum())
-        return Measurement(
-            f_r=np.where(valid[..., None], f_r, 0),
-            valid=valid,
-            source=Source("planted.binary", "merl", "0" * 64),
-            report=BinReport(valid.size, int((~above).sum()), missing, 0),
-        )
-
-    return make
-
-
-@pytest.fixture(scope="session")
 def planted_measurement(planted, make_measurement):
     return make_measurement(metrics.tabulate(planted))
-
-
-@pytest.fixture(scope="session")
-def two_lobes(make_measurement):
-    """A clear coat over flakes and a diffuse base."""
-    return make_measurement(*synthetic.tabulate(synthetic.SAMPLES["copper-paint"]))
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from fitter import geometry, metrics
+from fitter.problem import Problem
 
 
 def test_tabulate_at_random_bins(random_model):
@@ -55,3 +56,35 @@ def test_log_error_weighs_bins_by_measure_and_skips_invalid_ones(make_measuremen
     share = measure[40, 30] / (measure[40, 30] + measure[5, 10])
     expected = share * np.log(0.061 / 0.021)
     assert metrics.mean_log_error(table, measurement) == pytest.approx(expected, rel=1e-12)
+
+
+def test_objective_of_a_table_is_that_of_the_fit(planted, two_lobes):
+    # which snaps angles to bins
+    snapped = Problem(two_lobes, weight="log", phi_group=3, n_angles=720).objective_of(planted)
+    got = metrics.relative_objective(metrics.tabulate(planted), two_lobes, "log")
+    assert got == pytest.approx(snapped, rel=5e-3)
+
+
+def test_objective_of_known_tables(two_lobes):
+    for factor, expected in ((1, 0), (0, 1), (3, 4)):
+        got = metrics.relative_objective(factor * two_lobes.f_r, two_lobes)
+        assert got == pytest.approx(expected, rel=1e-12)
+
+
+def test_objective_skips_invalid_bins(make_measurement, two_lobes):
+    valid = np.random.default_rng(0).random((90, 90, 180)) > 0.5
+    measurement = make_measurement(two_lobes.f_r, valid)
+    table = np.where(valid[..., None], two_lobes.f_r, 1e6)
+    assert metrics.relative_objective(table, measurement) == 0
+    assert metrics.numeric_psnr(table, measurement) > 200
+
+
+def test_numeric_psnr(make_measurement):
+    rng = np.random.default_rng(0)
+    f_r = rng.uniform(1, 2, (90, 90, 180, 3))
+    f_r[20, 20, 20, 1] = 5
+    measurement = make_measurement(f_r)
+    assert metrics.numeric_psnr(f_r + 0.05, measurement) == pytest.approx(40, rel=1e-9)
+    # one channel of three
+    got = metrics.numeric_psnr(f_r + np.array([0, 0.05, 0]), measurement)
+    assert got == pytest.approx(40 + 10 * np.log10(3), rel=1e-9)

@@ -42,6 +42,7 @@ def test_unknown_verb_is_bad_usage(prepared, capsys):
         ("eval", ["runner.blender", "eval"]),
         ("render", ["runner.blender", "render"]),
         ("demo", ["runner.blender", "demo"]),
+        ("compare", ["compare"]),
         ("bench", ["benchmarks"]),
         ("test", ["runner.checks"]),
     ],
