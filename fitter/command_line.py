@@ -40,6 +40,9 @@ REPORT = (
     ("seconds", "seconds", "{:.1f}"),
     ("mean log error", "mean_log_error", "{:.4f}"),
     ("largest albedo", "largest_directional_albedo", "{:.3f} (directional, up to 88 degrees)"),
+    ("native sampling", "native_error", "{:.2%} error of a picture in a studio"),
+    ("", "native_psnr", "{:.1f} dB against the model"),
+    ("", "native_directional_error", "{:.2%} error over all directions"),
 )
 
 Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]

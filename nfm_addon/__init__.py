@@ -8,6 +8,7 @@ register, unregister = register_submodule_factory(
     (
         "properties",
         "operators",
+        "panel",
         "command",
     ),
 )

@@ -21,7 +21,7 @@ from ..fitter.parameter_file import FittedMaterial
 from ..fitter.progress import Progress
 from . import demo_light, images, material
 from .evaluate import evaluate_through_osl
-from .properties import SAMPLING_ITEMS
+from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 from .rendering import check_output, render_to_file
 from .standard_sphere import SphereView, build_scene
 
@@ -65,12 +65,13 @@ def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument("--samples", type=_integer(1, 2**24), default=64, metavar="N")
     parser.add_argument("--seed", type=_integer(0, 2**31 - 1), default=0, metavar="N")
     parser.add_argument("--resolution", type=_integer(4, 65536), default=256, metavar="R")
-    parser.add_argument("--sampling", choices=SAMPLINGS, default="reference")
+    parser.add_argument("--sampling", choices=SAMPLINGS, default=DEFAULT_SAMPLING.lower())
     parser.add_argument(
         "--candidates",
         type=_integer(1, 63),  # Cycles has room for 64 closures, the diffuse one included
         metavar="K",
-        help="candidate directions per shading point; default: 4, cosine sampling 1",
+        help="candidate directions per shading point; default: 4 in reference, 2 in exact and "
+        "smooth sampling, 1 in cosine; native has none",
     )
     parser.add_argument(
         "--point-sampled", action="store_true", help="rays through the pixel centres"
@@ -137,7 +138,7 @@ def _run_demo(arguments: argparse.Namespace) -> None:
     images.write_linear(environment, demo_light.studio())
     picture = folder / f"{Path(path).stem}.png"
     view = SphereView(resolution=512, samples=128, environment=environment)
-    _render(fitted, view, "reference", picture)
+    _render(fitted, view, DEFAULT_SAMPLING.lower(), picture)
     sys.stdout.write(f"\nThe picture is {picture.resolve()}\n")
 
 

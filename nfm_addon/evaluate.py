@@ -19,7 +19,7 @@ from . import script_node
 from .images import read_linear
 from .node_trees import empty_tree
 from .rendering import remove_scene, render_settings, render_to_file
-from .shader_source import surface_source
+from .shader_source import new_surface
 
 # Pairs in one render; a picture of 512 x 512.
 CHUNK = 512 * 512
@@ -76,7 +76,7 @@ def _evaluate_chunk(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.nd
 def _emit_value(material: bpy.types.Material, model: FactorModel) -> None:
     tree = empty_tree(material)
     script = tree.nodes.new("ShaderNodeScript")
-    script_node.fill(script, "NFM Evaluate.osl", surface_source(model, "reference"))
+    script_node.fill(script, "NFM Evaluate.osl", new_surface(model, "reference").source)
     for name, socket in (("wi", "Light Direction"), ("wo", "View Direction")):
         attribute = tree.nodes.new("ShaderNodeAttribute")
         attribute.attribute_name = name

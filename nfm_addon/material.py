@@ -13,10 +13,12 @@ import numpy as np
 from ..fitter import parameter_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
+from ..osl import generate
 from . import script_node
 from .errors import ShaderError
 from .node_trees import empty_tree
-from .shader_source import surface_source
+from .properties import DEFAULT_SAMPLING
+from .shader_source import Surface, new_surface
 
 GROUP_NAME = "NFM BRDF"
 SCRIPT_NODE = "NFM Shader"
@@ -27,7 +29,7 @@ WHITE = (1.0, 1.0, 1.0, 1.0)
 INT_MAX = 2**31 - 1  # of Blender's properties
 
 
-def build(fitted: FittedMaterial, sampling: str = "REFERENCE") -> bpy.types.Material:
+def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types.Material:
     """New material of a fitted model; nothing is left behind if its shader does not compile.
 
     sampling : an identifier of properties.SAMPLING_ITEMS
@@ -37,11 +39,11 @@ def build(fitted: FittedMaterial, sampling: str = "REFERENCE") -> bpy.types.Mate
     ShaderError
         This Blender cannot compile the shader.
     """
-    source = surface_source(fitted.model, sampling.lower())
+    surface = new_surface(fitted.model, sampling.lower())
     group = _new_group(fitted.model)
     script = group.nodes[SCRIPT_NODE]
     try:
-        script_node.fill(script, f"{fitted.name}.osl", source)
+        script_node.fill(script, f"{fitted.name}.osl", surface.source)
     except ShaderError:
         text = script.script
         bpy.data.node_groups.remove(group)
@@ -49,7 +51,9 @@ def build(fitted: FittedMaterial, sampling: str = "REFERENCE") -> bpy.types.Mate
             bpy.data.texts.remove(text)
         raise
     _link_group(group)
-    return _new_material(fitted, group, sampling)
+    material = _new_material(fitted, group, sampling)
+    _report_error(material, surface)
+    return material
 
 
 def update_shader(material: bpy.types.Material) -> None:
@@ -63,8 +67,22 @@ def update_shader(material: bpy.types.Material) -> None:
         This Blender cannot compile the shader, or the material has lost its Script node.
     """
     model = fitted_material(material).model
-    source = surface_source(model, material.nfm.sampling.lower())
-    script_node.fill(find_script_node(material), f"{material.name}.osl", source)
+    surface = new_surface(model, material.nfm.sampling.lower())
+    script_node.fill(find_script_node(material), f"{material.name}.osl", surface.source)
+    _report_error(material, surface)
+
+
+def change_sampling(material: bpy.types.Material) -> None:
+    """Write the shader for the sampling in material.nfm, with that sampling's own Candidates.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As update_shader.
+    """
+    update_shader(material)
+    candidates = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
+    find_script_node(material).inputs["Candidates"].default_value = candidates
 
 
 def fitted_material(material: bpy.types.Material) -> FittedMaterial:
@@ -93,6 +111,13 @@ def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript
     raise ShaderError(
         f"material {material.name!r} has no {GROUP_NAME} node any more; import it again"
     )
+
+
+def _report_error(material: bpy.types.Material, surface: Surface) -> None:
+    """Tell the material's properties how good its base lobes are, if it has any."""
+    if surface.error:
+        material.nfm.native_error = surface.error.image
+        material.nfm.native_psnr = min(surface.error.psnr, 200.0)
 
 
 def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:

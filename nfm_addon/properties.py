@@ -28,8 +28,8 @@ SAMPLING_ITEMS = (
     (
         "EXACT",
         "Exact",
-        "Native plus the whole difference to the model, drawn at random: unbiased; lights of zero "
-        "radius show the native part only",
+        "Native plus the whole difference to the model, drawn at random: unbiased, some noise "
+        "under small lamps",
     ),
     (
         "REFERENCE",
@@ -45,6 +45,8 @@ SAMPLING_ITEMS = (
     ),
 )
 
+DEFAULT_SAMPLING = "NATIVE"
+
 
 def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
     from . import material
@@ -52,7 +54,7 @@ def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) ->
     if not settings.parameters:
         return
     try:
-        material.update_shader(settings.id_data)
+        material.change_sampling(settings.id_data)
     except NfmError as error:
         # an update callback cannot report; the shader stays as it was
         print(f"nfm: {error}")  # noqa: T201
@@ -89,11 +91,22 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         "channels; above 1 the material creates light",
         precision=4,
     )
+    native_error: FloatProperty(
+        name="Native Error",
+        description="Error of a picture in native sampling: sum of |difference| to the model's own "
+        "over the sum, on a sphere in a studio",
+        precision=4,
+    )
+    native_psnr: FloatProperty(
+        name="Native PSNR",
+        description="The same picture's PSNR against the model's own, dB, as displayed",
+        precision=1,
+    )
     sampling: EnumProperty(
         name="Sampling",
         description="How Cycles samples the material",
         items=SAMPLING_ITEMS,
-        default="REFERENCE",
+        default=DEFAULT_SAMPLING,
         update=_sampling_changed,
     )
 

@@ -3,35 +3,48 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from ..fitter.base_error import BaseError, base_error
 from ..fitter.base_lobes import BaseLobes, fit_base_lobes
 from ..fitter.model import FactorModel
 from ..fitter.tables import sampling_tables, selection_table, versine_nodes
 from ..osl import generate
 
 
-def surface_source(model: FactorModel, sampling: str) -> str:
-    """OSL source that renders the model; sampling is one of generate.SAMPLINGS."""
+@dataclass(frozen=True)
+class Surface:
+    """A shader and what it leaves out.
+
+    source : OSL
+    error : of the base lobes, for the samplings that have them
+    """
+
+    source: str
+    error: BaseError | None = None
+
+
+def new_surface(model: FactorModel, sampling: str) -> Surface:
+    """Shader that renders the model; sampling is one of generate.SAMPLINGS."""
     tables = sampling_tables(model)
-    base = None
-    if sampling in generate.BASE_SAMPLINGS:
-        base = _base_tables(fit_base_lobes(model))
-    return generate.surface_shader(
-        generate.SurfaceTables(
-            diffuse_albedo=_flat(np.pi * model.diffuse),
-            scale=_flat(model.scale),
-            ndf=_flat(model.ndf),
-            masking=_flat(model.masking),
-            fresnel=_flat(model.fresnel),
-            nodes=_flat(versine_nodes()),
-            density=_flat(tables.density),
-            cumulative=_flat(tables.cumulative),
-            selection=_flat(selection_table(model)),
-        ),
-        sampling,
-        base,
+    surface_tables = generate.SurfaceTables(
+        diffuse_albedo=_flat(np.pi * model.diffuse),
+        scale=_flat(model.scale),
+        ndf=_flat(model.ndf),
+        masking=_flat(model.masking),
+        fresnel=_flat(model.fresnel),
+        nodes=_flat(versine_nodes()),
+        density=_flat(tables.density),
+        cumulative=_flat(tables.cumulative),
+        selection=_flat(selection_table(model)),
     )
+    if sampling not in generate.BASE_SAMPLINGS:
+        return Surface(generate.surface_shader(surface_tables, sampling))
+    base = fit_base_lobes(model)
+    source = generate.surface_shader(surface_tables, sampling, _base_tables(base))
+    return Surface(source, base_error(model, base))
 
 
 def _base_tables(base: BaseLobes) -> generate.BaseTables:

@@ -3,4 +3,6 @@
 
 from bpy.utils import register_submodule_factory
 
-register, unregister = register_submodule_factory(__name__, ("import_measurement",))
+register, unregister = register_submodule_factory(
+    __name__, ("give_lamps_size", "import_measurement")
+)

@@ -13,7 +13,7 @@ from ...fitter.errors import NfmError
 from ...fitter.fit_file import material_from_file
 from ...fitter.quality import DEFAULT_QUALITY
 from .. import material
-from ..properties import SAMPLING_ITEMS
+from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 
 QUALITY_ITEMS = (
     ("DRAFT", "Draft", "A first look, in about 2 seconds"),
@@ -23,7 +23,7 @@ QUALITY_ITEMS = (
 
 
 class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
-    """bpy.ops.nfm.import_measurement(filepath=..., sampling='REFERENCE', quality='STANDARD')."""
+    """bpy.ops.nfm.import_measurement(filepath=..., sampling='NATIVE', quality='STANDARD')."""
 
     bl_idname = "nfm.import_measurement"
     bl_label = "Import Measured BRDF"
@@ -36,7 +36,10 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.binary;*.nfm.json", options={"HIDDEN"})
     sampling: EnumProperty(
-        name="Sampling", description="How Cycles samples the material", items=SAMPLING_ITEMS
+        name="Sampling",
+        description="How Cycles samples the material",
+        items=SAMPLING_ITEMS,
+        default=DEFAULT_SAMPLING,
     )
     quality: EnumProperty(
         name="Quality",

@@ -336,7 +336,11 @@ def test_unusable_file_is_refused_and_leaves_nothing(
 def test_shader_that_does_not_compile_leaves_nothing(
     addon, import_file, parameter_path, mesh_object, slots, all_names, monkeypatch
 ):
-    monkeypatch.setattr(addon("material"), "surface_source", lambda *_: "shader broken(")
+    monkeypatch.setattr(
+        addon("material"),
+        "new_surface",
+        lambda *_: addon("shader_source").Surface("shader broken("),
+    )
     item = mesh_object(slots=1)
     before = all_names()
     with pytest.raises(RuntimeError, match="Error: Cycles could not compile the shader"):

@@ -116,7 +116,9 @@ def test_name_does_not_reach_the_shader(name, build, script_of):
 
 
 def test_failed_compilation_leaves_nothing(addon, build, errors, all_names, monkeypatch, tmp_path):
-    monkeypatch.setattr(addon("material"), "surface_source", lambda *_: BROKEN_SHADER)
+    monkeypatch.setattr(
+        addon("material"), "new_surface", lambda *_: addon("shader_source").Surface(BROKEN_SHADER)
+    )
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     before = all_names()
     with pytest.raises(errors.ShaderError, match=r"could not compile .*'test\.osl'; see the con"):
@@ -193,7 +195,9 @@ def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkey
     script = script_of(material)
     before = (script.script.as_string(), script.bytecode, script.bytecode_hash)
     links = len(script.id_data.links)
-    monkeypatch.setattr(addon("material"), "surface_source", lambda *_: BROKEN_SHADER)
+    monkeypatch.setattr(
+        addon("material"), "new_surface", lambda *_: addon("shader_source").Surface(BROKEN_SHADER)
+    )
     with pytest.raises(errors.ShaderError):
         addon("material").update_shader(material)
     assert (script.script.as_string(), script.bytecode, script.bytecode_hash) == before
