@@ -132,6 +132,8 @@ def markdown(rows: list[dict], matches: dict[str, dict], found: list[Check], tit
     ]
     word = {True: "met", False: "**missed**", None: "open: noise"}
     lines += [f"| {check.label} | {check.shown} | {word[check.ok]} |" for check in found]
+    if not found:
+        lines.append("| none of them concerns the samplings that were run | | |")
     lines += ["", "## Ratios to Principled", ""]
     lines += [
         "Medians over the materials; *largest* and *L1* are those of the worst. No ratio where",
