@@ -290,6 +290,7 @@ def _described(matched: principled.Principled) -> str:
 
 def _settings(arguments: argparse.Namespace, seconds: float) -> str:
     return (
+        f"{'Quick run: ' * arguments.quick}"
         f"{arguments.resolution} x {arguments.resolution} pixels, {arguments.samples} samples, "
         f"{arguments.seeds} seeds, converged: {arguments.converged_samples} samples and the other "
         f"seeds{', with a ground plane' * arguments.ground}; {seconds / 60:.0f} minutes in all"
