@@ -62,12 +62,16 @@ def image_error(
     halves, truths : two independent noisy versions each, arrays of one shape
 
     Upper: the L1 distance of the means, into which what noise is left adds. Lower: the error of
-    one half counted with the sign of the error in the other; noise is as often right as wrong
-    there and cancels, but where the noise is larger than the error so is the error. With fireflies
-    that most pixels have not met yet, both halves are too dark nearly everywhere and the lower
-    bound is too high: believe it only where `largest` and `p999` are small.
+    one half counted with the sign of the error in the other, less two standard errors; noise is as
+    often right as wrong there and cancels, but where the noise is larger than the error so is the
+    error. With fireflies that most pixels have not met yet, both halves are too dark nearly
+    everywhere and the lower bound is too high: believe it only where `p999` is small.
     """
     first, second = (half - truth for half, truth in zip(halves, truths, strict=True))
     mean = (truths[0].mean() + truths[1].mean()) / 2
-    lower = ((np.sign(second) * first).mean() + (np.sign(first) * second).mean()) / 2
+    # one term for a pixel: its channels are not independent
+    terms = ((np.sign(second) * first + np.sign(first) * second) / 2).mean(-1)
+    # the halves' difference is noise alone; a term has a quarter of its variance
+    noise = ((first - second).mean(-1) / 2) ** 2
+    lower = terms.mean() - 2 * np.sqrt(noise.sum()) / noise.size
     return float(max(lower, 0) / mean), float(np.abs(first + second).mean() / 2 / mean)

@@ -55,7 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--points", type=int, metavar="N", help=f"of a block's integral; {_default('points')}"
     )
-    parser.add_argument("--ground", action="store_true", help="a plane below; no error then")
+    parser.add_argument(
+        "--ground", action="store_true", help="a grey plane below; the error is left out"
+    )
     parser.add_argument("--quick", action="store_true", help="one material per class, less of all")
     parser.add_argument(
         "--fits", metavar="DIR", type=Path, help="keep fits here and use them again"
@@ -117,19 +119,17 @@ def _compare(
     arguments: argparse.Namespace,
 ) -> list[dict]:
     """Rows of one material under one light, Principled first; prints each."""
-    truths = None
-    if not arguments.ground:
-        truths = tuple(
-            expected_picture(
-                fitted.model,
-                stage.source,
-                stage.blocks,
-                # a lamp is an integral over little more than the block: as exact with a quarter
-                arguments.points if stage.light.environment else max(arguments.points // 4, 1),
-                np.random.default_rng(seed),
-            )
-            for seed in (1, 2)
+    truths = tuple(
+        expected_picture(
+            fitted.model,
+            stage.source,
+            stage.blocks,
+            # a lamp is an integral over little more than the block: as exact with a quarter
+            arguments.points if stage.light.environment else max(arguments.points // 4, 1),
+            np.random.default_rng(seed),
         )
+        for seed in (1, 2)
+    )
     rows, shown = [], []
     for sampling, surface in surfaces.items():
         first = min(stage.render(surface, 1, seed)[1] for seed in (0, 1))
@@ -151,12 +151,13 @@ def _compare(
             **asdict(noise),
             "seconds": (seconds - first * (1 + arguments.seeds)) / timed * arguments.samples,
         }
-        if truths is not None and sampling != PRINCIPLED:
+        if sampling != PRINCIPLED:
             halves = stage.block_means(np.mean(pictures, axis=0)), stage.block_means(converged)
-            row["error"] = image_error(halves, truths)
             row["mean_error"] = float(
                 (halves[0].mean() + halves[1].mean()) / (truths[0].mean() + truths[1].mean()) - 1
             )
+            if not arguments.ground:  # whose light the truth has not
+                row["error"] = image_error(halves, truths)
         rows.append(row)
         render_report.add_ratios(row, rows[0])
         print(render_report.row_line(row), flush=True)
@@ -289,6 +290,7 @@ def _described(matched: principled.Principled) -> str:
 
 def _settings(arguments: argparse.Namespace, seconds: float) -> str:
     return (
+        f"{'Quick run: ' * arguments.quick}"
         f"{arguments.resolution} x {arguments.resolution} pixels, {arguments.samples} samples, "
         f"{arguments.seeds} seeds, converged: {arguments.converged_samples} samples and the other "
         f"seeds{', with a ground plane' * arguments.ground}; {seconds / 60:.0f} minutes in all"

@@ -101,7 +101,7 @@ def half_blind():
 def test_what_misses_the_light_is_marked_and_left_out(half_blind):
     natives = [one for one in half_blind if one["sampling"] == "native"]
     assert [one["missing_light"] for one in natives] == [False, True, True]
-    assert found(half_blind, ["native", "RMSE"]).shown == "1 (zero)"
+    assert found(half_blind, ["native", "RMSE", "zero"]).shown == "1 (zero)"
     assert ["(*)" in render_report.row_line(one) for one in natives] == [False, True, True]
     native = render_report.summary_lines(half_blind)[-1].split()
     assert native[:4] == ["zero", "native", "0.1", "1.00"]
@@ -120,11 +120,12 @@ def test_dark_by_noise_is_not_missing_light():
     assert not rows[1]["missing_light"]
 
 
-def test_bench_render_writes_its_tables(blender, shared, tmp_path, capsys):
+@pytest.mark.parametrize("ground", [False, True])
+def test_bench_render_writes_its_tables(ground, blender, shared, tmp_path, capsys):
     parameter_file.save(tmp_path / "nickel.nfm.json", FittedMaterial("nickel", MODELS["metal"]))
     options = ["render", "--quick", "--materials=nickel", "--samplings=reference"]
     options += ["--lights=lamp,zero", "--samples=4", "--resolution=32", "--converged-samples=8"]
-    options += ["--points=16"]
+    options += ["--points=16", *["--ground"][: int(ground)]]
     files = {name: tmp_path / name for name in ("json", "markdown", "pictures")}
     folders = [f"--{name}={path}" for name, path in files.items()]
     status = main([*options, f"--fits={tmp_path}", *folders])
@@ -133,6 +134,7 @@ def test_bench_render_writes_its_tables(blender, shared, tmp_path, capsys):
     assert "nickel (metal): Principled" in printed
     assert "(*)" in printed
     rows = json.loads(files["json"].read_text())["rows"]
+    assert ["error" in r for r in rows] == [False, not ground] * 2
     assert [(r["light"], r["sampling"]) for r in rows] == [
         (light, sampling) for light in ("lamp", "zero") for sampling in ("principled", "reference")
     ]

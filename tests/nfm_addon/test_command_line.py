@@ -97,7 +97,8 @@ def test_render_options_reach_the_picture(render_verb, addon, tmp_path):
         "env": ["--env", str(light)],
         "samples": ["--samples", "64"],
         "cosine": ["--sampling", "cosine"],
-        "candidates": ["--candidates", "2"],
+        "exact": ["--sampling", "exact"],
+        "candidates": ["--sampling", "exact", "--candidates", "5"],
         "points": ["--point-sampled"],
         "large": ["--resolution", "20"],
     }.items():
@@ -110,6 +111,7 @@ def test_render_options_reach_the_picture(render_verb, addon, tmp_path):
     np.testing.assert_array_equal(pictures.pop("again"), plain)
     for name, picture in pictures.items():
         assert (picture != plain).any(), name
+    assert (pictures["candidates"] != pictures["exact"]).any()
     assert (plain[0, 0] == 1).all()
     assert (pictures["env"][0, 0] == 0.25).all()
     # rays through the centres: a pixel at the rim is the sphere or the world, no mixture
