@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import fit_file, parameter_file
+from fitter import parameter_file
 from fitter.errors import NfmError
 from runner.blender import load_extension
 
@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     start = time.perf_counter()
     rows, matches = [], {}
     for name in names:
-        fitted = _fitted(name, arguments.fits)
+        fitted = shared_data.fitted_material(name, arguments.fits)
         matched = principled.match(fitted.model.f_r, metal=render_report.class_of(name) == "metal")
         matches[name] = asdict(matched)
         print(f"\n{name} ({render_report.class_of(name)}): Principled {_described(matched)}")
@@ -236,20 +236,6 @@ def _add_ground(scene: object) -> None:
     grey = principled.Principled(0.0, 1.0, (0.5,) * 3, 1.0, (1.0,) * 3, 0.0)
     mesh.materials.append(principled.build(grey))
     scene.collection.objects.link(bpy.data.objects.new("Ground", mesh))
-
-
-def _fitted(name: str, folder: Path | None) -> parameter_file.FittedMaterial:
-    """The fit of a shared material, from the folder if it is there."""
-    kept = folder and folder / f"{name}{parameter_file.SUFFIX}"
-    if kept and kept.is_file():
-        return parameter_file.load(kept)
-    with tempfile.TemporaryDirectory(prefix="nfm-bench-") as scratch:
-        measured = Path(scratch, f"{name}.binary")
-        shared_data.write_material(name, measured)
-        fitted = fit_file.material_from_file(measured)
-    if kept:
-        parameter_file.save(kept, fitted)
-    return fitted
 
 
 def _save_pictures(path: Path, shown: list[tuple[np.ndarray, np.ndarray]]) -> None:

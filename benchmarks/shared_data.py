@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
+from fitter import fit_file, parameter_file
 from fitter.errors import NfmError
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
@@ -41,3 +43,17 @@ def write_material(name: str, path: Path) -> None:
         check=True,
         stdout=subprocess.DEVNULL,
     )
+
+
+def fitted_material(name: str, folder: Path | None) -> parameter_file.FittedMaterial:
+    """The fit of a shared material, from the folder if it is there."""
+    kept = folder and folder / f"{name}{parameter_file.SUFFIX}"
+    if kept and kept.is_file():
+        return parameter_file.load(kept)
+    with tempfile.TemporaryDirectory(prefix="nfm-bench-") as scratch:
+        measured = Path(scratch, f"{name}.binary")
+        write_material(name, measured)
+        fitted = fit_file.material_from_file(measured)
+    if kept:
+        parameter_file.save(kept, fitted)
+    return fitted
