@@ -52,7 +52,7 @@ SMALLEST_NDF = 1e-6
 def psnr_chart(results: Sequence[Result]) -> bytes:
     """Mean rendered PSNR of every model and material, in the order given (fig. 3)."""
     labelled = len(results) <= 120
-    width = np.clip(0.165 * len(results), 6, 16)
+    width = np.clip(0.165 * len(results), 7, 16)
     figure = Figure(figsize=(width, 5 if labelled else 4), layout="constrained")
     axes = figure.subplots()
     x = np.arange(len(results))
@@ -66,9 +66,8 @@ def psnr_chart(results: Sequence[Result]) -> bytes:
     axes.set_xlim(-0.8, len(results) - 0.2)
     axes.set_ylabel("mean rendered PSNR, dB")
     axes.grid(alpha=0.25)
-    axes.legend(loc="upper left", ncols=len(CONTENDERS), frameon=False)
+    figure.legend(loc="outside upper center", ncols=len(CONTENDERS), frameon=False)
     _open(axes)
-    axes.margins(y=0.12)
     return _png(figure)
 
 
