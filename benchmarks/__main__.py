@@ -4,9 +4,15 @@
 import argparse
 import sys
 
-from . import fit, noise, render, sampling
+from . import diffuse, fit, noise, render, sampling
 
-BENCHMARKS = {"fit": fit, "noise": noise, "render": render, "sampling": sampling}
+BENCHMARKS = {
+    "diffuse": diffuse,
+    "fit": fit,
+    "noise": noise,
+    "render": render,
+    "sampling": sampling,
+}
 
 
 def main(argv: list[str]) -> int:
