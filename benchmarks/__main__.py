@@ -4,10 +4,11 @@
 import argparse
 import sys
 
-from . import base, fit, noise, render, sampling
+from . import base, diffuse, fit, noise, render, sampling
 
 BENCHMARKS = {
     "base": base,
+    "diffuse": diffuse,
     "fit": fit,
     "noise": noise,
     "render": render,

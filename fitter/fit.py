@@ -94,10 +94,17 @@ def fit(
     weight: str = DEFAULT_WEIGHT,
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = prior.DEFAULT_STRENGTH,
+    make_problem: Callable[..., Problem] = Problem,
 ) -> FitResult:
     """Run `fit_steps` to the end."""
     steps = list(
-        fit_steps(measurement, weight=weight, quality=quality, prior_strength=prior_strength)
+        fit_steps(
+            measurement,
+            weight=weight,
+            quality=quality,
+            prior_strength=prior_strength,
+            make_problem=make_problem,
+        )
     )
     return result_of(steps[-1], len(steps), weight, prior_strength)
 
@@ -114,18 +121,20 @@ def fit_steps(
     weight: str = DEFAULT_WEIGHT,
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = prior.DEFAULT_STRENGTH,
+    make_problem: Callable[..., Problem] = Problem,
 ) -> Iterator[FitStep]:
     """Yield the state after every step, so that a caller can show progress or stop.
 
     weight : a name in weights.WEIGHTS
     quality : a name in quality.QUALITIES
     prior_strength : of `prior`; 0 fits the data alone
+    make_problem : for experiments with variants of the model
     """
     work = QUALITIES[quality]
     explore_count = work.starts * (work.sweeps + work.explore_steps)
     total = explore_count + work.refine_steps + POLISH_STEP * work.polish_steps
 
-    coarse = Problem(
+    coarse = make_problem(
         measurement,
         weight=weight,
         phi_group=work.coarse_phi_group,
@@ -146,7 +155,7 @@ def fit_steps(
         yield FitStep("refine", objective, model, (explore_count + i) / total)
 
     if work.polish_steps:
-        fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
+        fine = make_problem(measurement, weight=weight, n_angles=work.polish_angles)
         polish = _polish(fine, model, work.polish_steps, prior_strength)
         for i, (polished, objective) in enumerate(polish):
             model = polished

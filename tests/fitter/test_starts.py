@@ -38,8 +38,13 @@ def test_width_of_a_highlight(problem_of, alpha):
     assert got < starts.SPECULAR_WIDTH
 
 
-def test_sheen_is_no_highlight(problem_of):
-    assert starts.highlight_width(problem_of(synthetic.SAMPLES["velvet"])) == geometry.HALF_PI
+def test_sheen_is_no_highlight(make_measurement):
+    """A maximum far from the normal, even where the data falls to a half behind it."""
+    profile = 0.1 + np.exp(-(((np.arange(90) - 60) / 6) ** 2))
+    table = np.broadcast_to(profile[:, None, None, None], (90, 90, 180, 3))
+    problem = Problem(make_measurement(table), phi_group=45, n_angles=60)
+    np.testing.assert_allclose(np.argmax(starts.highlight_profile(problem)), 60)
+    assert starts.highlight_width(problem) == geometry.HALF_PI
 
 
 def test_no_highlight_at_all(make_measurement):
