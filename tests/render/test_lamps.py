@@ -21,7 +21,7 @@ def show(stage, new_material, render):
 
     def run(name, sampling, normals):
         material = new_material(MODELS[name], sampling.name)
-        scene = stage.facets(material, normals.reshape(-1, 32, 3), samples=16)
+        scene = stage.facets(material, normals.reshape(-1, 32, 3), samples=32)
         stage.sun(scene, SUN)
         return render(scene).reshape(-1, 3)
 
