@@ -26,6 +26,27 @@ class Sampling:
 
 SAMPLINGS = (
     Sampling(
+        "NATIVE",
+        sees_points=True,
+        error=0.01,
+        kept_without_caustics=0.0,
+        kept_by_filter_glossy=0.77,
+    ),
+    Sampling(
+        "SMOOTH",
+        sees_points=True,
+        error=0.005,
+        kept_without_caustics=0.0,
+        kept_by_filter_glossy=0.77,
+    ),
+    Sampling(
+        "EXACT",
+        sees_points=False,
+        error=0.0,
+        kept_without_caustics=0.0,
+        kept_by_filter_glossy=0.77,
+    ),
+    Sampling(
         "REFERENCE",
         sees_points=False,
         error=0.0,

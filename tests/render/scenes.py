@@ -55,9 +55,9 @@ class Stage:
         scene.camera = camera
         return camera
 
-    def tilted_plane(self, material, angle, samples, seed=0, light=1.0):
-        """A plane that fills the view from `angle` degrees off its normal, 64 x 64 pixels."""
-        scene = self.scene((64, 64), samples, seed=seed, light=light)
+    def tilted_plane(self, material, angle, samples, *, size=32):
+        """A plane under white light that fills the view from `angle` degrees off its normal."""
+        scene = self.scene((size, size), samples, light=1.0)
         self.plane(scene, material)
         self.camera(scene, 0.1, angle)
         return scene

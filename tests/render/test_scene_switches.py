@@ -74,6 +74,7 @@ def test_filter_glossy_blurs_all_but_ramps(closure, kept, script_material, throw
 def test_reflective_caustics(sampling, new_material, thrown):
     wall = new_material(MODELS["metal"], sampling.name)
     kept = thrown(wall, caustics=False) / thrown(wall)
+    # ramps that take light away remain where there is none left: it may be a little negative
     np.testing.assert_allclose(kept, sampling.kept_without_caustics, atol=0.05)
 
 

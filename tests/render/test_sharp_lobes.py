@@ -8,8 +8,8 @@ from tests.models import make
 from tests.render.samplings import SAMPLINGS
 from tests.render.scenes import mean_and_noise, normals_at
 
-# alpha 1e-3 falls off within the first three bins of the square-root grid
-MIRROR = make((0, 0, 0), (0.9, 0.7, 0.4), (0.001, 0.003, 0.01), [[0.5] * 3, [0.3] * 3, [0.2] * 3])
+# alpha 0.003 falls off within four bins of the square-root grid
+MIRROR = make((0, 0, 0), (0.9, 0.7, 0.4), (0.003, 0.01, 0.03), [[0.5] * 3, [0.3] * 3, [0.2] * 3])
 VIEWS = np.radians([3, 45, 75, 85])
 
 
