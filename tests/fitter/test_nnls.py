@@ -4,7 +4,7 @@ import itertools
 import numpy as np
 import pytest
 
-from fitter.nnls import solve_nonnegative
+from fitter.nnls import solve_nonnegative, solve_partly_nonnegative
 
 
 def random_problems(size, rows, seed=0, n=200):
@@ -101,3 +101,123 @@ def test_inputs_are_not_modified():
     solve_nonnegative(matrix, right)
     np.testing.assert_array_equal(matrix, before[0])
     np.testing.assert_array_equal(right, before[1])
+
+
+# ---- one problem, some unknowns free ----
+
+
+def brute_force(matrix, right, nonnegative):
+    """The best of all active sets."""
+    best, best_value = None, np.inf
+    for bound in itertools.product([False, True], repeat=int(nonnegative.sum())):
+        chosen = ~nonnegative
+        chosen[nonnegative] = ~np.array(bound, bool)
+        x = np.zeros(len(right))
+        x[chosen] = np.linalg.solve(matrix[np.ix_(chosen, chosen)], right[chosen])
+        value = x @ matrix @ x - 2 * right @ x
+        if (x[nonnegative] >= 0).all() and value < best_value:
+            best, best_value = x, value
+    return best
+
+
+MASKS = {
+    "all free": [False] * 7,
+    "none free": [True] * 7,
+    "one free": [True] * 6 + [False],
+    "one bound": [False] * 3 + [True] + [False] * 3,
+    "mixed": [True, False, True, True, False, True, False],
+}
+
+
+@pytest.mark.parametrize("mask", MASKS.values(), ids=MASKS)
+def test_partly_brute_force(mask):
+    mask = np.array(mask)
+    problems = list(zip(*random_problems(7, rows=9, seed=5, n=60), strict=True))
+    got = np.array([solve_partly_nonnegative(*problem, mask) for problem in problems])
+    expected = np.array([brute_force(*problem, mask) for problem in problems])
+    np.testing.assert_allclose(got, expected, rtol=1e-7, atol=1e-9)
+    assert (got[:, mask] >= 0).all()
+    if mask.any():
+        # some are bound and some are not, or this tests nothing
+        assert 0.1 < np.mean(got[:, mask] > 0) < 0.9
+    if not mask.all():
+        assert (got[:, ~mask] < 0).any()
+
+
+def test_partly_all_free_is_a_linear_system():
+    matrix, right = (part[0] for part in random_problems(20, rows=30, seed=6, n=1))
+    x = solve_partly_nonnegative(matrix, right, np.zeros(20, bool))
+    np.testing.assert_allclose(x, np.linalg.solve(matrix, right), rtol=1e-12)
+
+
+def test_partly_none_free_equals_the_other_solver():
+    matrix, right = random_problems(4, rows=6, seed=7, n=50)
+    none_free = np.ones(4, bool)
+    got = [
+        solve_partly_nonnegative(*problem, none_free) for problem in zip(matrix, right, strict=True)
+    ]
+    np.testing.assert_allclose(got, solve_nonnegative(matrix, right), rtol=1e-7, atol=1e-9)
+
+
+def lean_columns(rng, ridge):
+    """Normal equations of 40 columns, neighbours nearly alike, as lobes of similar widths are."""
+    widths = np.geomspace(0.02, 0.9, 40)
+    x = np.linspace(0, 1, 300)[:, None]
+    columns = np.exp(-((x / widths) ** 2))
+    columns /= np.linalg.norm(columns, axis=0)
+    target = rng.random(8) @ np.exp(-((x / rng.uniform(0.02, 0.9, 8)) ** 2)).T
+    target -= 0.3 * rng.random() * np.exp(-((x[:, 0] / 0.1) ** 2))
+    return columns.T @ columns + ridge**2 * np.eye(40), columns.T @ target
+
+
+@pytest.mark.parametrize("ridge", [1e-2, 1e-4, 1e-6])
+def test_partly_ill_conditioned(ridge):
+    """Optimal by the conditions of Karush, Kuhn and Tucker, for each set of free unknowns."""
+    rng = np.random.default_rng(8)
+    conditions = []
+    for share in np.repeat([1.0, 0.8, 0.5, 0.1], 8):
+        matrix, right = lean_columns(rng, ridge)
+        conditions.append(np.linalg.cond(matrix))
+        nonnegative = rng.random(40) < share
+        x = solve_partly_nonnegative(matrix, right, nonnegative)
+        assert (x[nonnegative] >= 0).all()
+        gradient = (right - matrix @ x) / np.abs(right).max()
+        # nothing is to be gained by raising a number, nor by lowering one that is not 0
+        assert gradient.max() < 1e-6
+        assert np.abs(gradient[(x != 0) | ~nonnegative]).max() < 1e-6
+    assert min(conditions) > 0.1 / ridge**2
+
+
+@pytest.mark.parametrize("scale", [1e-20, 1e20])
+def test_partly_units_do_not_matter(scale):
+    matrix, right = (part[0] for part in random_problems(7, rows=9, seed=10, n=1))
+    mask = np.array(MASKS["mixed"])
+    expected = solve_partly_nonnegative(matrix, right, mask)
+    assert (expected[mask] > 0).any()
+    got = solve_partly_nonnegative(matrix, scale * right, mask)
+    np.testing.assert_allclose(got, scale * expected, rtol=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_partly_when_two_unknowns_vanish_at_once():
+    matrix = np.array([[1, 0, 0.5], [0, 1, 0.5], [0.5, 0.5, 1]])
+    x = solve_partly_nonnegative(matrix, np.array([1.0, 1, 2]), np.ones(3, bool))
+    np.testing.assert_allclose(x, [0, 0, 2], atol=1e-12)
+
+
+def test_partly_nothing_to_fit():
+    x = solve_partly_nonnegative(np.eye(4), np.zeros(4), np.array([True, False, True, True]))
+    np.testing.assert_array_equal(x, 0)
+
+
+def test_partly_nothing_at_all():
+    assert solve_partly_nonnegative(np.eye(0), np.zeros(0), np.zeros(0, bool)).shape == (0,)
+
+
+def test_partly_inputs_are_not_modified():
+    matrix, right = (part[0] for part in random_problems(7, rows=9, seed=5, n=1))
+    mask = np.array(MASKS["mixed"])
+    before = matrix.copy(), right.copy(), mask.copy()
+    solve_partly_nonnegative(matrix, right, mask)
+    for array, old in zip((matrix, right, mask), before, strict=True):
+        np.testing.assert_array_equal(array, old)
