@@ -30,7 +30,33 @@ N_CLOSURES = 10
 # View angles of the table, degrees. Lobes change fastest towards grazing; the first ones are close
 # because closures that lean away from the viewer must fade out where there is no direction to lean.
 VIEW_ANGLES = np.radians(
-    [0.5, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 63, 66, 69, 72, 75, 78, 81, 84, 86, 88]
+    [
+        0.5,
+        2,
+        5,
+        10,
+        15,
+        20,
+        25,
+        30,
+        35,
+        40,
+        45,
+        50,
+        55,
+        60,
+        63,
+        66,
+        69,
+        72,
+        75,
+        78,
+        81,
+        84,
+        86,
+        88,
+        89.5,
+    ]
 )
 
 # Selection looks at fewer view angles and fewer directions; it only ranks closures.
@@ -279,10 +305,19 @@ def _signed_columns(closures: Sequence[Closure]) -> np.ndarray:
 
 
 def _dead_columns(closures: Sequence[Closure], view: ViewQuadrature) -> np.ndarray:
-    """Columns not to be used: at normal incidence there is no direction to lean away to."""
-    leans_away = np.array([c.lean < 0 for c in closures])
+    """Columns not to be used.
+
+    At normal incidence there is no direction to lean away to. A diffuse ramp is sampled in
+    proportion to the cosine: a colour at the horizon, where f cos is 0 anyway, would have a
+    variance without bound.
+    """
     facing = view.wo[2] > np.cos(np.radians(1))
-    return np.repeat(leans_away & facing, [c.n_columns for c in closures])
+    dead = []
+    for closure in closures:
+        columns = np.full(closure.n_columns, facing and closure.lean < 0)
+        columns[0] |= closure.kind == "diffuse_ramp"
+        dead.append(columns)
+    return np.concatenate(dead)
 
 
 @lru_cache(maxsize=4)

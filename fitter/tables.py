@@ -84,14 +84,17 @@ def lobe_albedo(
 ) -> np.ndarray:
     """Directional albedo (n, lobes, 3) of the lobes at view angles theta_o (n,), radians.
 
-    Integrates f cos(theta_i) over half vectors: Gauss-Legendre points inside each bin of theta_h,
-    midpoints over half the azimuths (the other half is its mirror image).
+    Integrates f cos(theta_i) over half vectors: Gauss-Legendre points, n_per_bin (even) in each bin
+    of theta_h, midpoints over half the azimuths (the other half is its mirror image).
     """
-    points, gauss = np.polynomial.legendre.leggauss(n_per_bin)
-    index = (np.arange(N_THETA_H)[:, None] + (points + 1) / 2).ravel()
+    points, gauss = np.polynomial.legendre.leggauss(n_per_bin // 2)
+    # D has its kinks at the bins' centres: each half is integrated by itself
+    index = (np.arange(2 * N_THETA_H)[:, None] / 2 + (points + 1) / 4).ravel()
     theta_h = theta_h_from_index(index)
     # dtheta_h = pi/2 * 2 index / 90^2 dindex
-    measure = np.sin(theta_h) * HALF_PI * 2 * index / N_THETA_H**2 * np.tile(gauss / 2, N_THETA_H)
+    measure = (
+        np.sin(theta_h) * HALF_PI * 2 * index / N_THETA_H**2 * np.tile(gauss / 4, 2 * N_THETA_H)
+    )
     phi = (np.arange(n_phi) + 0.5) / n_phi * np.pi
     sin_h = np.sin(theta_h)[:, None]
     h = np.stack(
