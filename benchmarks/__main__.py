@@ -4,11 +4,12 @@
 import argparse
 import sys
 
-from . import base, diffuse, fit, noise, render, sampling
+from . import base, diffuse, exact, fit, noise, render, sampling
 
 BENCHMARKS = {
     "base": base,
     "diffuse": diffuse,
+    "exact": exact,
     "fit": fit,
     "noise": noise,
     "render": render,
