@@ -34,6 +34,10 @@ WRONG_WAY = {"fresnel": 1.0, "masking": 1.0, "ndf": 0.5}
 ROUGHNESS = {"fresnel": 3.0, "masking": 3.0, "ndf": 1.0}
 LEVEL = {"fresnel": 1e-3, "masking": 1e-5, "ndf": 1e-5}
 
+# How much stronger the levels are without order, which else keeps F and G from drifting apart: the
+# scales of steel would reach 1e13, more than a parameter file holds.
+FREE_LEVEL = 10
+
 # Below this share of its maximum the shape of D no longer matters.
 NDF_FLOOR = 1e-5
 
@@ -90,7 +94,7 @@ def _terms(
     rough = np.sqrt(strength * ROUGHNESS[name] / rows)
     logarithm = np.log(np.maximum(factor, np.finfo(float).tiny))
     both = (factor[:, 1:] > 0) & (factor[:, :-1] > 0)
-    weak = np.sqrt(LEVEL[name] / rows) * both
+    weak = np.sqrt(LEVEL[name] * (1 if strength > 0 else FREE_LEVEL) / rows) * both
     start = np.arange(rows)[:, None, None] * n
     pair = start + np.arange(n - 1)[:, None] + np.arange(2)
     triple = start + np.arange(n - 2)[:, None] + np.arange(3)

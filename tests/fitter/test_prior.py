@@ -78,7 +78,7 @@ def test_staircases_cost_more_than_slopes(shape_only, level):
 
 def test_strength_multiplies_all_but_the_level(random_model):
     model = random_model(1)
-    weak = prior.disorder(model, 0)
+    weak = prior.disorder(model, 0) / prior.FREE_LEVEL
     assert 0 < weak < 1
     one, two = (prior.disorder(model, s) - weak for s in (1, 2))
     assert two == pytest.approx(2 * one, rel=1e-12)
