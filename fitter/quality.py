@@ -29,7 +29,7 @@ class Quality:
 
 
 QUALITIES = {
-    "draft": Quality(1, 6, 0, 12, 9, 180, 0, 180),
+    "draft": Quality(1, 6, 0, 13, 5, 180, 0, 180),
     "standard": Quality(3, 6, 4, 32, 5, 360, 4, 720),
     "best": Quality(5, 12, 8, 60, 5, 360, 24, 720),
 }

@@ -18,7 +18,7 @@ from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 QUALITY_ITEMS = (
     ("DRAFT", "Draft", "A first look, in about 2 seconds"),
     ("STANDARD", "Standard", "For most uses, in less than 10 seconds"),
-    ("BEST", "Best", "The last few tenths of a decibel, in less than 40 seconds"),
+    ("BEST", "Best", "More starts and steps, in less than 40 seconds; seldom looks different"),
 )
 
 
