@@ -17,9 +17,16 @@ def lamps_without_size(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def give_size(lamp: bpy.types.Light, radius: float) -> None:
-    """Radius in metres for point and spot lamps; a sun gets that many radians."""
+    """Radius in metres for point and spot lamps; a sun gets that many radians.
+
+    An area lamp gets twice the radius for each of its sides that is 0.
+    """
     if lamp.type == "SUN":
         lamp.angle = radius
+    elif lamp.type == "AREA":
+        for side in _sides(lamp):
+            if getattr(lamp, side) == 0:
+                setattr(lamp, side, 2 * radius)
     else:
         lamp.shadow_soft_size = radius
 
@@ -27,6 +34,11 @@ def give_size(lamp: bpy.types.Light, radius: float) -> None:
 def _size(lamp: bpy.types.Light) -> float:
     if lamp.type == "SUN":
         return lamp.angle
-    if lamp.type == "AREA":  # Blender allows no area of 0
-        return max(lamp.size, lamp.size_y)
+    if lamp.type == "AREA":
+        return min(getattr(lamp, side) for side in _sides(lamp))
     return lamp.shadow_soft_size
+
+
+def _sides(lamp: bpy.types.Light) -> tuple[str, ...]:
+    """Properties with the sides of an area lamp; squares and discs have only one."""
+    return ("size", "size_y") if lamp.shape in ("RECTANGLE", "ELLIPSE") else ("size",)
