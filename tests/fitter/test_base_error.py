@@ -207,6 +207,12 @@ def test_the_studio():
     assert (radiance > 0).all()
     down = directions[:, 1] < 0
     assert radiance[down].mean() < 0.5 * radiance[~down].mean()
+    up, level, level_too, below = studio(
+        np.array([[0, 1.0, 0], [0, 0.01, -1], [1, 0.01, 0], [0, -1, 0]])
+    )
+    assert (up > 2 * level).all()
+    assert (level == level_too).all()
+    assert (below < 0.6 * level).all()
     brightness = radiance.mean(1)
     assert brightness.max() > 50
     assert 0.0005 < (brightness > 20).mean() < 0.003  # a lamp with a radius of 4 degrees

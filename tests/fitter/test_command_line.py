@@ -52,6 +52,11 @@ def test_fit_writes_and_reports(short_fit, measured, tmp_path, capsys):
     assert 0 < float(rows["seconds"]) < 60
     assert f"log error  {material.fit['mean_log_error']:.4f}" in out
     assert f"{material.fit['largest_directional_albedo']:.3f}" in out
+    native = material.fit["native_error"]
+    assert f"\nnative sampling {native:.2%} error of a picture in a studio\n" in out
+    assert f"\n{'':<16}{material.fit['native_psnr']:.1f} dB against the model\n" in out
+    directional = material.fit["native_directional_error"]
+    assert f"\n{'':<16}{directional:.2%} error over all directions\n" in out
     assert str(output) in out
     explored = [f"{stage} {n}" for n in (1, 2, 3) for stage in ("sweep", "explore")]
     assert err.splitlines() == [f"fit: {stage}" for stage in (*explored, "refine", "polish")]

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 
 from fitter import fit_file, metrics, parameter_file, prior
+from fitter.base_error import base_error
+from fitter.base_lobes import fit_base_lobes
 from fitter.errors import MeasurementError, ParameterFileError
 from fitter.fit_file import is_parameter_file, material_from_file, material_name
 from fitter.parameter_file import FittedMaterial
@@ -25,6 +27,11 @@ def test_fit_and_grade(short_fit, two_lobes):
     error = metrics.mean_log_error(metrics.tabulate(material.model), two_lobes)
     assert figures["mean_log_error"] == pytest.approx(error, rel=1e-9)
     assert 0.05 < figures["largest_directional_albedo"] < 2
+    native = base_error(material.model, fit_base_lobes(material.model))
+    assert 0 < native.image < native.directional
+    assert figures["native_error"] == pytest.approx(native.image, rel=1e-9)
+    assert figures["native_directional_error"] == pytest.approx(native.directional, rel=1e-9)
+    assert figures["native_psnr"] == pytest.approx(native.psnr, rel=1e-9)
     assert figures["bins_usable"] == two_lobes.valid.sum()
     assert figures["bins_below_horizon"] == (~two_lobes.valid).sum()
     assert figures["bins_negative"] == figures["bins_not_finite"] == 0

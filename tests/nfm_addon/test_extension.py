@@ -24,6 +24,11 @@ NEEDED = {
     "osl/sampling.osl.in",
     "osl/reference.osl.in",
     "osl/cosine.osl.in",
+    "osl/base.osl.in",
+    "osl/base_value.osl.in",
+    "osl/native.osl.in",
+    "osl/residual.osl.in",
+    "osl/residual_lobe.osl.in",
 }
 FOLDERS = {"fitter", "nfm_addon", "osl"}
 

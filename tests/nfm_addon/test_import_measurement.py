@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from fitter import merl, parameter_file, synthetic
+from fitter.base_error import base_error
+from fitter.base_lobes import fit_base_lobes
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
 
@@ -217,6 +219,20 @@ def test_fields_are_filled(blender, import_file, parameter_path, mesh_object):
     assert settings.mean_log_error == 0.125
     assert settings.largest_directional_albedo == 0.75
     assert settings.sampling == "COSINE"
+    # a sampling of mirrors has no base to tell the error of
+    assert (settings.native_error, settings.native_psnr) == (0, 0)
+
+
+def test_native_sampling_by_default(addon, import_file, parameter_path, mesh_object, fitted):
+    item = mesh_object()
+    import_file(parameter_path)
+    settings = item.active_material.nfm
+    assert settings.sampling == "NATIVE"
+    error = base_error(fitted.model, fit_base_lobes(fitted.model))
+    assert settings.native_error == pytest.approx(error.image, rel=1e-6)
+    assert settings.native_psnr == pytest.approx(error.psnr, rel=1e-6)
+    source = addon("material").find_script_node(item.active_material).script.as_string()
+    assert "sum = base_lobes(" in source
 
 
 def test_material_holds_the_model_of_the_file(addon, import_file, parameter_path, mesh_object):
@@ -257,7 +273,7 @@ def test_imports_are_independent(blender, addon, import_file, parameter_path, me
     materials[1].nfm.sampling = "COSINE"
     assert (first.script.as_string(), first.bytecode) == before
     assert second.bytecode != first.bytecode
-    assert materials[0].nfm.sampling == "REFERENCE"
+    assert materials[0].nfm.sampling == "NATIVE"
 
 
 def test_fits_a_merl_file(

@@ -1,10 +1,13 @@
 """Material, node group, Script node and Text."""
 
 import tempfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fitter.base_error import base_error
+from fitter.base_lobes import fit_base_lobes
 from fitter.parameter_file import FittedMaterial
 from tests.models import MODELS
 
@@ -226,7 +229,6 @@ def test_sampling_keeps_values_and_links(blender, build, script_of):
     node, script = group_node(material), script_of(material)
     node.inputs["Diffuse"].default_value = (0.1, 0.2, 0.3, 1)
     node.inputs["Lobe 2 Scale"].default_value = (2, 1, 0.5, 1)
-    script.inputs["Candidates"].default_value = 5
     tree = material.node_tree
     color = tree.nodes.new("ShaderNodeRGB")
     tree.links.new(color.outputs[0], node.inputs["Lobe 1 Scale"])
@@ -236,11 +238,67 @@ def test_sampling_keeps_values_and_links(blender, build, script_of):
     assert tuple(node.inputs["Diffuse"].default_value) == pytest.approx((0.1, 0.2, 0.3, 1))
     assert tuple(node.inputs["Lobe 2 Scale"].default_value) == (2, 1, 0.5, 1)
     assert node.inputs["Lobe 1 Scale"].links[0].from_node == color
-    assert script.inputs["Candidates"].default_value == 5
     linked = [socket.name for socket in script.inputs if socket.is_linked]
     assert linked == ["Diffuse", "Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale", "Normal"]
     assert script.outputs["BSDF"].is_linked
     assert len(blender.data.texts) == texts
+
+
+@pytest.mark.parametrize("before", ["REFERENCE", "NATIVE"])
+@pytest.mark.parametrize(
+    ("sampling", "candidates"),
+    [("NATIVE", 0), ("SMOOTH", 2), ("EXACT", 2), ("REFERENCE", 4), ("COSINE", 1)],
+)
+def test_candidates_are_those_of_the_sampling(before, sampling, candidates, build, script_of):
+    """A number that suits one sampling, the user's own too, means something else in another."""
+    material = build(sampling=before)
+    socket = script_of(material).inputs["Candidates"]
+    socket.default_value = 7
+    material.nfm.sampling = sampling
+    assert script_of(material).inputs["Candidates"].default_value == candidates
+    # a new material has the same
+    fresh = build(sampling=sampling)
+    assert script_of(fresh).inputs["Candidates"].default_value == candidates
+    assert script_of(fresh).script.as_string() == script_of(material).script.as_string()
+
+
+def test_writing_the_shader_anew_keeps_candidates(addon, build, script_of):
+    material = build(sampling="EXACT")
+    script_of(material).inputs["Candidates"].default_value = 7
+    addon("material").update_shader(material)
+    assert script_of(material).inputs["Candidates"].default_value == 7
+
+
+def test_failed_change_of_sampling_leaves_candidates(build, script_of, monkeypatch, capfd):
+    import _cycles
+
+    material = build(sampling="EXACT")
+    script_of(material).inputs["Candidates"].default_value = 7
+    monkeypatch.setattr(_cycles, "with_osl", False)
+    material.nfm.sampling = "REFERENCE"
+    assert script_of(material).inputs["Candidates"].default_value == 7
+    assert "nfm: this Blender was built without" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("sampling", ["NATIVE", "SMOOTH", "EXACT"])
+def test_error_of_the_base_is_told(sampling, build, fitted):
+    error = base_error(fitted.model, fit_base_lobes(fitted.model))
+    assert 0 < error.image < 0.01
+    built, changed = build(sampling=sampling), build(sampling="REFERENCE")
+    assert changed.nfm.native_error == changed.nfm.native_psnr == 0
+    changed.nfm.sampling = sampling
+    for material in (built, changed):
+        assert material.nfm.native_error == pytest.approx(error.image, rel=1e-6)
+        assert material.nfm.native_psnr == pytest.approx(error.psnr, rel=1e-6)
+    # it is of the model, and remains true
+    changed.nfm.sampling = "COSINE"
+    assert changed.nfm.native_error == pytest.approx(error.image, rel=1e-6)
+
+
+def test_error_of_a_black_material_is_a_number(build):
+    model = MODELS["matte"]
+    black = build(replace(model, diffuse=np.zeros(3), scale=np.zeros((3, 3))), "NATIVE")
+    assert (black.nfm.native_error, black.nfm.native_psnr) == (0, 200)
 
 
 def test_sampling_of_other_materials_is_nobody_s_business(blender):
@@ -277,7 +335,7 @@ def test_normal_is_that_of_the_geometry_unless_linked(build, render, sphere_scen
 
 
 @pytest.mark.parametrize("color", [(0.9, 0.2, 0.6, 1), (0.5, 0.5, 0.5, 1), (0, 1, 0, 1)])
-@pytest.mark.parametrize("sampling", ["REFERENCE", "COSINE"])
+@pytest.mark.parametrize("sampling", ["NATIVE", "REFERENCE", "COSINE"])
 def test_normal_map_changes_the_picture(color, sampling, build, render, sphere_scene):
     material = build(MODELS["metal"], sampling)
     scene = sphere_scene(material, samples=16)

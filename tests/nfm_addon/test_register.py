@@ -68,8 +68,13 @@ def test_twice_registered_and_unregistered(run_python):
     on, off, on_again, off_again, on_at_last = json.loads(line)
     assert on == on_again == on_at_last
     assert off == off_again
-    assert on["types"] == ["NFM_OT_import_measurement", "NFM_PG_material"]
-    assert on["operators"] == ["import_measurement"]
+    assert on["types"] == [
+        "NFM_OT_give_lamps_size",
+        "NFM_OT_import_measurement",
+        "NFM_PG_material",
+        "NFM_PT_material",
+    ]
+    assert on["operators"] == ["give_lamps_size", "import_measurement"]
     assert on["property"] is True
     assert len(on["menu"]) == 1
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
