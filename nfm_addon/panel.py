@@ -39,7 +39,7 @@ class NFM_PT_material(bpy.types.Panel):
 
 def native_error_text(settings: bpy.types.PropertyGroup) -> str:
     """The error of native sampling in one line."""
-    return iface_("Error of a picture: {:.2f} %, {:.0f} dB").format(
+    return iface_("Error {:.2f} %, {:.0f} dB").format(
         100 * settings.native_error, settings.native_psnr
     )
 
@@ -50,7 +50,7 @@ def _draw_lamps(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
         return
     box = layout.box()
     names = ", ".join(item.name for item in lamps)
-    box.label(text=iface_("Not seen, having no size: {:s}").format(names), icon="ERROR")
+    box.label(text=iface_("Not seen: {:s}").format(names), icon="ERROR")
     box.operator(NFM_OT_give_lamps_size.bl_idname)
 
 

@@ -94,7 +94,7 @@ def test_shows_source_sampling_and_error(material, drawn):
     assert drawn(material) == [
         ("label", "blue.binary", "NONE", False),
         ("prop", "sampling"),
-        ("label", "Error of a picture: 1.23 %, 46 dB", "NONE", False),
+        ("label", "Error 1.23 %, 46 dB", "NONE", False),
     ]
 
 
@@ -124,7 +124,7 @@ def test_names_the_lamps_that_are_not_seen(sampling, blender, material, drawn):
         new_lamp(blender, name, 0.0)
     assert drawn(material)[-3:] == [
         ("box",),
-        ("label", "Not seen, having no size: Key, Rim", "ERROR", True),
+        ("label", "Not seen: Key, Rim", "ERROR", True),
         ("operator", "nfm.give_lamps_size"),
     ]
     blender.ops.nfm.give_lamps_size()
@@ -141,4 +141,4 @@ def test_samplings_with_a_base_see_every_lamp(sampling, blender, material, drawn
 @pytest.mark.parametrize("name", MODELS)
 def test_draws_any_material(name, addon, texts):
     material = addon("material").build(FittedMaterial("%s {0} \n", MODELS[name]))
-    assert "Error of a picture: 0." in texts(material)[-1]
+    assert "Error 0." in texts(material)[-1]
