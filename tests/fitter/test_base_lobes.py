@@ -357,7 +357,7 @@ def test_nothing_leans_away_where_there_is_no_direction_to_lean(bases):
 
 
 def test_diffuse_ramps_have_no_colour_at_the_horizon(bases):
-    """Cycles draws their directions by the cosine: a colour where it is 0 has no finite variance."""
+    """Cycles draws directions by the cosine: a colour where it is 0 has no finite variance."""
     closures = (Closure("ggx", 0.2), Closure("diffuse_ramp"), Closure("phong_ramp", 3))
     base = fit_base_lobes(MODELS["velvet"], closures)
     assert not base.weights[..., 2].any()
