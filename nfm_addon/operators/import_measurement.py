@@ -66,6 +66,9 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         target = context.active_object
         if assign(target, new):
             message = rpt_("{:s} is on {:s}").format(new.name, target.name)
+            if self.sampling == "NATIVE":
+                error = rpt_("; error of native sampling {:.2f} %")
+                message += error.format(100 * new.nfm.native_error)
             self.report({"INFO"}, message)
         else:
             # without a user it would vanish when the file is saved

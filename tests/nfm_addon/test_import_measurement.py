@@ -223,6 +223,15 @@ def test_fields_are_filled(blender, import_file, parameter_path, mesh_object):
     assert (settings.native_error, settings.native_psnr) == (0, 0)
 
 
+def test_error_of_native_sampling_is_told(import_file, parameter_path, mesh_object, capfd):
+    item = mesh_object()
+    import_file(parameter_path)
+    error = 100 * item.active_material.nfm.native_error
+    assert f"error of native sampling {error:.2f} %" in capfd.readouterr().out
+    import_file(parameter_path, sampling="EXACT")
+    assert "native" not in capfd.readouterr().out
+
+
 def test_native_sampling_by_default(addon, import_file, parameter_path, mesh_object, fitted):
     item = mesh_object()
     import_file(parameter_path)
