@@ -4,7 +4,7 @@
 import argparse
 import sys
 
-from . import base, diffuse, exact, fit, noise, render, sampling
+from . import base, diffuse, exact, fit, noise, render, sampling, smooth
 
 BENCHMARKS = {
     "base": base,
@@ -14,6 +14,7 @@ BENCHMARKS = {
     "noise": noise,
     "render": render,
     "sampling": sampling,
+    "smooth": smooth,
 }
 
 

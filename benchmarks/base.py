@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Print a line for each material; returns 1 if a target is missed."""
     shared_data.require_shared()
     names = (arguments.materials or "").split(",") if arguments.materials else None
-    lights = [_light(image) for image in environment_maps()]
+    lights = [map_light(image) for image in environment_maps()]
     rows = []
     print(f"{'material':<28}{'base s':>7}{'all dir.':>10}{'L1 Grace/Grove':>18}{'PSNR':>12}")
     for name in names or shared_data.material_names():
@@ -72,7 +72,8 @@ def is_metallic(name: str) -> bool:
     return "metallic" in name or name in METALS
 
 
-def _light(image: np.ndarray) -> object:
+def map_light(image: np.ndarray) -> object:
+    """Radiance (n, 3) of a map (h, w, 3) towards directions (n, 3), box-filtered to 256 x 128."""
     environment = Environment(box_filtered(image, 128, 256))
 
     def radiance(directions: np.ndarray) -> np.ndarray:
