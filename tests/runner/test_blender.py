@@ -120,6 +120,7 @@ def test_fixtures_of_conftest(checkout):
     tests = checkout / "tests"
     tests.mkdir()
     shutil.copy(CHECKOUT / "tests" / "conftest.py", tests)
+    shutil.copytree(CHECKOUT / "fitter", checkout / "fitter", dirs_exist_ok=True)
     (tests / "test_fixtures.py").write_text(FIXTURE_TESTS)
     answer = run_python(checkout, "-m", "pytest", "-q", "-p", "no:cacheprovider")
     assert "2 passed" in answer.stdout, answer.stdout
