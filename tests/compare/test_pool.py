@@ -2,6 +2,9 @@
 import multiprocessing
 import os
 import signal
+import time
+from functools import partial
+from types import SimpleNamespace
 
 import pytest
 
@@ -67,7 +70,10 @@ def test_errors_come_back_from_the_processes(tmp_path):
 
 def test_process_that_is_killed(measured, tmp_path):
     """As the kernel does when memory runs out: an error, not a wait without end."""
-    running = pool.run([Task(measured, "0" * 64, "key")], SETTINGS, [], Store(tmp_path), jobs=1)
+    # a scene that is never built: the process must not finish, or fail, before it is killed
+    endless = SimpleNamespace(build=partial(time.sleep, 600))
+    task = Task(measured, "0" * 64, "key")
+    running = pool.run([task], SETTINGS, [endless], Store(tmp_path), jobs=1)
     next(running)
     (worker,) = multiprocessing.active_children()
     os.kill(worker.pid, signal.SIGKILL)
