@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks import shared_data
 from fitter import command_line as fitter_command_line
-from fitter import merl
+from fitter import readers
 from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
 from fitter.fit_file import material_name
@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> None:
         for number, path in enumerate(arguments.files):
             # a file that cannot be read is found before the others are fitted
             progress.update(number / len(arguments.files), "reading")
-            sha256 = merl.read(path).source.sha256
+            sha256 = readers.read(path).source.sha256
             if sha256 in keys:
                 continue
             names.append(material_name(path.name))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
 
-from fitter import merl
+from fitter import readers
 from fitter.errors import NfmError, shown_name
 from fitter.sphere import LitScene
 
@@ -101,7 +101,7 @@ def _initialize(
 
 
 def _grade(task: Task) -> Task:
-    measurement = merl.read(task.path)
+    measurement = readers.read(task.path)
     if measurement.source.sha256 != task.sha256:
         raise NfmError(f"{shown_name(task.path)}: was changed while it was compared; start again")
     result = grade(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import merl, parameter_file
+from . import parameter_file, readers
 from .errors import NfmError, printable, shown_name
 from .files import write_atomically
 from .fit_file import fit_measurement
@@ -94,7 +94,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
     if arguments.output and not Path(arguments.output).parent.is_dir():
         # before ten seconds of work, not after
         raise NfmError(f"{shown_name(arguments.output)}: there is no such folder; make it first")
-    measurement = merl.read(arguments.file)
+    measurement = readers.read(arguments.file)
     cpu_start = time.process_time()
     with Progress(sys.stderr, "fit") as progress:
         material = fit_measurement(

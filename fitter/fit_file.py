@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from . import merl, parameter_file
+from . import parameter_file, readers
 from .base_error import base_error
 from .base_lobes import fit_base_lobes
 from .errors import shown_name
@@ -43,7 +43,7 @@ def material_from_file(
     if is_parameter_file(path):
         return parameter_file.load(path)
     return fit_measurement(
-        merl.read(path),
+        readers.read(path),
         weight=weight,
         quality=quality,
         prior_strength=prior_strength,

@@ -16,21 +16,25 @@ from __future__ import annotations
 
 import hashlib
 import os
-import stat
-from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
-from .errors import MeasurementError, shown_name
-from .files import write_atomically
+from . import measured_file
+from .errors import MeasurementError
 from .geometry import N_PHI_D, N_THETA_D, N_THETA_H, merl_bins
+from .measured_file import MeasuredFile, checked_name, opened
 from .measurement import BinReport, Measurement, Source
 
 GRID = (N_THETA_H, N_THETA_D, N_PHI_D)
 CHANNEL_SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 HEADER = np.array(GRID, dtype="<i4").tobytes()
 FILE_SIZE = len(HEADER) + 3 * 8 * N_THETA_H * N_THETA_D * N_PHI_D
+EXPECTED = "a MERL .binary file"
+
+
+def recognises(head: bytes, size: int) -> bool:
+    """Whether a file of this size starts like a MERL file, of the right resolution or not."""
+    return size == FILE_SIZE or head.startswith(HEADER)
 
 
 def read(path: str | os.PathLike) -> Measurement:
@@ -44,18 +48,8 @@ def read(path: str | os.PathLike) -> Measurement:
     MeasurementError
         The file cannot be read, is not a MERL file, or holds nothing to fit.
     """
-    name = _checked_name(path)
-    try:
-        with open(path, "rb", opener=_open_without_waiting) as file:
-            return _read_open_file(file, path, name)
-    except IsADirectoryError:
-        raise _not_a_file(name, "a folder") from None
-    except FileNotFoundError:
-        raise MeasurementError(f"{name}: no such file; check the path") from None
-    except OSError as error:
-        raise MeasurementError(
-            f"{name}: cannot be read ({error.strerror or error}); check its permissions"
-        ) from error
+    with opened(path, EXPECTED) as file:
+        return _read_open_file(file)
 
 
 def write(path: str | os.PathLike, f_r: np.ndarray, valid: np.ndarray) -> None:
@@ -75,7 +69,7 @@ def write(path: str | os.PathLike, f_r: np.ndarray, valid: np.ndarray) -> None:
     MeasurementError
         The values cannot be stored, or the file cannot be written.
     """
-    name = _checked_name(path)
+    name = checked_name(path)
     f_r, valid = np.asarray(f_r), np.asarray(valid)
     if f_r.shape != (*GRID, 3) or valid.shape != GRID or valid.dtype != np.bool_:
         raise MeasurementError(
@@ -83,46 +77,19 @@ def write(path: str | os.PathLike, f_r: np.ndarray, valid: np.ndarray) -> None:
             f"{(*GRID, 3)} and {GRID} of bool"
         )
     channels = [_stored_channel(f_r[..., c], valid, CHANNEL_SCALES[c], name) for c in range(3)]
-    try:
-        target = Path(os.fsdecode(path))
-        if target.exists() and not target.is_file():
-            raise _not_a_file(name, "something else")
-        chunks = (np.ascontiguousarray(channel).data for channel in channels)
-        write_atomically(target, (HEADER, *chunks))
-    except OSError as error:
-        raise MeasurementError(
-            f"{name}: cannot be written ({error.strerror or error}); choose another folder"
-        ) from error
+    chunks = (np.ascontiguousarray(channel).data for channel in channels)
+    measured_file.write(path, (HEADER, *chunks), EXPECTED)
 
 
-def _checked_name(path: str | os.PathLike) -> str:
-    """Name for messages; Python refuses null characters with an error of its own."""
-    name = shown_name(path)
-    if "\0" in os.fsdecode(path):
-        raise MeasurementError(f"{name}: a file name cannot hold a null character; rename it")
-    return name
-
-
-def _open_without_waiting(path: str, flags: int) -> int:
-    """Open, but do not wait for the other end of a named pipe."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _not_a_file(name: str, found: str) -> MeasurementError:
-    return MeasurementError(f"{name}: {found}, not a regular file; choose a MERL .binary file")
-
-
-def _read_open_file(file: BinaryIO, path: str | os.PathLike, name: str) -> Measurement:
-    status = os.fstat(file.fileno())
-    if not stat.S_ISREG(status.st_mode):
-        raise _not_a_file(name, "a pipe or device")
-    header = file.read(len(HEADER))
-    if status.st_size != FILE_SIZE:
-        raise _wrong_size(name, status.st_size, header)
+def _read_open_file(file: MeasuredFile) -> Measurement:
+    name = file.name
+    header = file.stream.read(len(HEADER))
+    if file.size != FILE_SIZE:
+        raise _wrong_size(name, file.size, header)
     if header != HEADER:
         raise MeasurementError(
             f"{name}: the header says {_grid_text(header)} bins, a MERL file has "
-            f"{_grid_text(HEADER)}; choose a MERL .binary file"
+            f"{_grid_text(HEADER)}; choose {EXPECTED}"
         )
 
     above_horizon = merl_bins().above_horizon
@@ -132,7 +99,7 @@ def _read_open_file(file: BinaryIO, path: str | os.PathLike, name: str) -> Measu
     digest = hashlib.sha256(header)
     channel = np.empty(GRID, dtype="<f8")
     for c in range(3):
-        if file.readinto(memoryview(channel).cast("B")) != channel.nbytes:
+        if file.stream.readinto(memoryview(channel).cast("B")) != channel.nbytes:
             raise MeasurementError(f"{name}: became shorter while it was read; try again")
         digest.update(channel)
         finite &= np.isfinite(channel)
@@ -163,7 +130,7 @@ def _read_open_file(file: BinaryIO, path: str | os.PathLike, name: str) -> Measu
     return Measurement(
         f_r=f_r,
         valid=valid,
-        source=Source(file_name=_storable_name(path), format="merl", sha256=digest.hexdigest()),
+        source=Source(file_name=file.stored_name, format="merl", sha256=digest.hexdigest()),
         report=report,
     )
 
@@ -178,16 +145,11 @@ def _wrong_size(name: str, size: int, header: bytes) -> MeasurementError:
             f"{found}; it is complete, with {_grid_text(header)} bins, but only "
             f"{_grid_text(HEADER)} can be read: choose the file in the original resolution"
         )
-    return MeasurementError(f"{found}; choose a MERL .binary file")
+    return MeasurementError(f"{found}; choose {EXPECTED}")
 
 
 def _grid_text(header: bytes) -> str:
     return " x ".join(str(n) for n in np.frombuffer(header, dtype="<i4"))
-
-
-def _storable_name(path: str | os.PathLike) -> str:
-    """Name without folders that any UTF-8 text can hold; other bytes become U+FFFD."""
-    return os.fsencode(Path(os.fsdecode(path)).name).decode("utf-8", errors="replace")
 
 
 def _stored_channel(f_r: np.ndarray, valid: np.ndarray, scale: float, name: str) -> np.ndarray:
