@@ -83,24 +83,44 @@ def _disc(
     return np.clip((degrees + softness - angle) / (2 * softness), 0, 1)[..., None]
 
 
+@dataclass(frozen=True)
+class Ring:
+    """Points of the sphere that are seen at the same angle.
+
+    view : directions in the frame of each point, which serve them all
+    frames : (azimuths, 3, 3) rows tangent, bitangent and normal; the sphere is seen along -z
+    """
+
+    view: ViewQuadrature
+    frames: np.ndarray
+
+
+def sphere_rings() -> list[Ring]:
+    """The points of the picture, ring by ring; those of every other ring stand between."""
+    rings = []
+    for ring in range(N_RINGS):
+        theta = float(np.arcsin(np.sqrt((ring + 0.5) / N_RINGS)))
+        azimuths = (np.arange(N_AZIMUTHS) + ring % 2 / 2) / N_AZIMUTHS * 2 * np.pi
+        frames = np.array([_frame(theta, azimuth) for azimuth in azimuths])
+        rings.append(Ring(view_quadrature(theta, *POINTS), frames))
+    return rings
+
+
+def _frame(theta: float, azimuth: float) -> np.ndarray:
+    normal = np.array(
+        [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
+    )
+    tangent = normalized(np.array([0, 0, 1.0]) - normal * np.cos(theta))
+    return np.stack([tangent, np.cross(normal, tangent), normal])
+
+
 @lru_cache(maxsize=2)
 def _scene(light: Light) -> list[tuple[ViewQuadrature, np.ndarray]]:
     """For every ring its directions, and light times solid angle (azimuths, n, 3) at them."""
     scene = []
-    for ring in range(N_RINGS):
-        theta = float(np.arcsin(np.sqrt((ring + 0.5) / N_RINGS)))
-        view = view_quadrature(theta, *POINTS)
-        rows = []
-        for step in range(N_AZIMUTHS):
-            azimuth = (step + ring % 2 / 2) / N_AZIMUTHS * 2 * np.pi
-            normal = np.array(
-                [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
-            )
-            tangent = normalized(np.array([0, 0, 1.0]) - normal * np.cos(theta))
-            frame = np.stack([tangent, np.cross(normal, tangent), normal])
-            # the quadrature holds half of the directions
-            mirrored = view.wi * [1, -1, 1]
-            radiance = (light(view.wi @ frame) + light(mirrored @ frame)) / 2
-            rows.append(radiance * view.solid_angle[:, None])
-        scene.append((view, np.array(rows)))
+    for ring in sphere_rings():
+        # the quadrature holds half of the directions
+        mirrored = ring.view.wi * [1, -1, 1]
+        radiance = [(light(ring.view.wi @ f) + light(mirrored @ f)) / 2 for f in ring.frames]
+        scene.append((ring.view, np.array(radiance) * ring.view.solid_angle[:, None]))
     return scene
