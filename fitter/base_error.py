@@ -27,6 +27,8 @@ N_RINGS = 16
 N_AZIMUTHS = 8
 POINTS = (96, 16)
 
+LARGEST_PSNR = 200.0  # dB, stands for no error at all
+
 
 @dataclass(frozen=True)
 class BaseError:
@@ -41,6 +43,14 @@ class BaseError:
     directional: float
     image: float
     psnr: float
+
+    def figures(self) -> dict[str, float]:
+        """The figures by the names that reports and materials have for them, all finite."""
+        return {
+            "native_error": self.image,
+            "native_directional_error": self.directional,
+            "native_psnr": min(self.psnr, LARGEST_PSNR),
+        }
 
 
 def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) -> BaseError:

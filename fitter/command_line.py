@@ -14,6 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from . import parameter_file, readers
+from .base_error import base_error
+from .base_lobes import fit_base_lobes
 from .errors import NfmError, printable, shown_name
 from .files import write_atomically
 from .fit_file import fit_measurement
@@ -104,23 +106,24 @@ def run_fit(arguments: argparse.Namespace) -> None:
             prior_strength=arguments.prior,
             on_step=lambda step: progress.update(step.progress, step.stage),
         )
+    native = base_error(material.model, fit_base_lobes(material.model)).figures()
     cpu_seconds = time.process_time() - cpu_start
     seconds = time.perf_counter() - start
     output = Path(arguments.output or f"{material.name}{parameter_file.SUFFIX}")
     parameter_file.save(output, material)
     if arguments.json:
-        report = {"output": str(output), "seconds": round(seconds, 3), **material.fit}
+        report = {"output": str(output), "seconds": round(seconds, 3), **material.fit, **native}
         report["cpu_seconds"] = round(cpu_seconds, 3)  # of fitting and grading
         sys.stdout.write(json.dumps(report) + "\n")
     else:
-        sys.stdout.write(report_text(material, seconds) + f"written to      {output}\n")
+        sys.stdout.write(
+            report_text(material, seconds=seconds, **native) + f"written to      {output}\n"
+        )
 
 
-def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
-    """The report for people: one figure per line, those that the material has."""
-    fit, model = dict(material.fit), material.model
-    if seconds is not None:
-        fit["seconds"] = seconds
+def report_text(material: FittedMaterial, **figures: float) -> str:
+    """The report for people: one figure of REPORT per line, those given and the material's own."""
+    fit, model = {**material.fit, **figures}, material.model
     lines = [
         f"{'material':<16}{printable(material.name)}",
         f"{'model':<16}{model.n_lobes} lobes, {model.n_parameters} numbers",

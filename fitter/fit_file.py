@@ -8,8 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from . import parameter_file, readers
-from .base_error import base_error
-from .base_lobes import fit_base_lobes
 from .errors import shown_name
 from .fit import FitStep, fit_steps, result_of
 from .measurement import Measurement
@@ -81,7 +79,6 @@ def fit_measurement(
             on_step(step)
     result = result_of(step, iterations, weight, prior_strength)
     report = measurement.report
-    native = base_error(result.model, fit_base_lobes(result.model))
     return FittedMaterial(
         name=material_name(measurement.source.file_name),
         model=result.model,
@@ -94,9 +91,6 @@ def fit_measurement(
             "prior_strength": prior_strength,
             "mean_log_error": mean_log_error(tabulate(result.model), measurement),
             "largest_directional_albedo": largest_directional_albedo(result.model),
-            "native_error": native.image,
-            "native_directional_error": native.directional,
-            "native_psnr": min(native.psnr, 200.0),
             "bins_usable": report.usable,
             "bins_below_horizon": report.below_horizon,
             "bins_negative": report.negative,

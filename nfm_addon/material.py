@@ -116,8 +116,9 @@ def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript
 def _report_error(material: bpy.types.Material, surface: Surface) -> None:
     """Tell the material's properties how good its base lobes are, if it has any."""
     if surface.error:
-        material.nfm.native_error = surface.error.image
-        material.nfm.native_psnr = min(surface.error.psnr, 200.0)
+        figures = surface.error.figures()
+        material.nfm.native_error = figures["native_error"]
+        material.nfm.native_psnr = figures["native_psnr"]
 
 
 def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
