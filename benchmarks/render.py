@@ -163,13 +163,15 @@ def _compare(
         print(render_report.row_line(row), flush=True)
         shown.append((pictures[0], converged))
     if arguments.pictures:
-        _save_pictures(arguments.pictures / f"{name}-{stage.light.name}.png", shown)
+        path = arguments.pictures / f"{name}-{stage.light.name}.png"
+        stage.images.write_picture(path, _contact_sheet(shown))
     return rows
 
 
 class Stage:
     """The sphere under one light; renders any material on it.
 
+    images : the add-on's module of that name
     inside : (resolution, resolution) pixels of the sphere
     source, blocks : the same light and picture for expected.py
     """
@@ -179,7 +181,7 @@ class Stage:
 
         self.light = light
         self._rendering = import_module(f"{addon}.rendering")
-        self._images = import_module(f"{addon}.images")
+        self.images = import_module(f"{addon}.images")
         sphere = import_module(f"{addon}.standard_sphere")
         view = sphere.SphereView(resolution=arguments.resolution, environment=light.environment)
         self._scene = sphere.build_scene(bpy.data.materials.new("placeholder"), view)
@@ -204,7 +206,7 @@ class Stage:
         x, z = np.meshgrid(middle, -middle)
         self._whole = np.hypot(np.abs(x) + side / 2, np.abs(z) + side / 2) < INSIDE
         self.blocks = Blocks(x[self._whole], z[self._whole], side)
-        image = self._images.read_linear(light.environment) if light.environment else None
+        image = self.images.read_linear(light.environment) if light.environment else None
         self.source = source_of(light, image)
 
     def render(self, material: object, samples: int, seed: int) -> tuple[np.ndarray, float]:
@@ -217,7 +219,7 @@ class Stage:
             start = time.process_time()
             self._rendering.render_to_file(self._scene, picture)
             seconds = time.process_time() - start
-            return self._images.read_linear(picture).astype(np.float64), seconds
+            return self.images.read_linear(picture).astype(np.float64), seconds
 
     def block_means(self, picture: np.ndarray) -> np.ndarray:
         """Means (n, 3) of a picture over the blocks."""
@@ -238,21 +240,10 @@ def _add_ground(scene: object) -> None:
     scene.collection.objects.link(bpy.data.objects.new("Ground", mesh))
 
 
-def _save_pictures(path: Path, shown: list[tuple[np.ndarray, np.ndarray]]) -> None:
+def _contact_sheet(shown: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Upper row one seed, lower row converged; each column exposed by its converged mean."""
-    import bpy
-
     columns = [np.concatenate(pair) * (DISPLAY_MEAN / max(pair[1].mean(), 1e-6)) for pair in shown]
-    pixels = np.clip(np.concatenate(columns, axis=1), 0, 1) ** (1 / 2.2)
-    height, width = pixels.shape[:2]
-    image = bpy.data.images.new("picture", width, height)
-    rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :3] = pixels[::-1]
-    image.pixels.foreach_set(rgba.ravel())
-    image.file_format = "PNG"
-    image.filepath_raw = str(path)
-    image.save()
-    bpy.data.images.remove(image)
+    return np.concatenate(columns, axis=1)
 
 
 def _chosen(text: str | None, known: list[str], what: str) -> list[str]:
