@@ -260,6 +260,7 @@ def test_other_weight(short_fit, two_lobes):
     assert problem.objective_of(result.model) == pytest.approx(result.objective, rel=1e-9)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_black_material(short_fit, make_measurement):
     result = fit.fit(make_measurement(np.full((90, 90, 180, 3), 1e-9)))
     assert all(np.isfinite(getattr(result.model, name)).all() for name in FACTORS)
