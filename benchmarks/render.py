@@ -2,7 +2,7 @@
 """Noise, speed and error of every sampling in Cycles, beside a matched Principled BSDF.
 
 The standard sphere (with --ground above a grey plane) under five lights. Every sampling of the
-add-on and the Principled BSDF that principled.py matches to the material render the same scene
+add-on and the Principled BSDF that principled_node.py matches to the material render the same scene
 with the same samples; noise.py says what is made of the pictures. Pixels are those inside the
 sphere. Seconds are CPU seconds on one thread, less those of a picture with one sample, from all
 pictures of a sampling, for a picture of --samples. The error is that of the mean of all pictures
@@ -25,7 +25,7 @@ from fitter import parameter_file
 from fitter.errors import NfmError
 from runner.blender import load_extension
 
-from . import principled, render_report, shared_data
+from . import principled_node, render_report, shared_data
 from .expected import Blocks, expected_picture, source_of
 from .lights import LIGHTS, Light, add_lamp
 from .picture_noise import image_error, noise_of
@@ -89,12 +89,14 @@ def run(arguments: argparse.Namespace) -> int:
     rows, matches = [], {}
     for name in names:
         fitted = shared_data.fitted_material(name, arguments.fits)
-        matched = principled.match(fitted.model.f_r, metal=render_report.class_of(name) == "metal")
+        matched = principled_node.match(
+            fitted.model.f_r, metal=render_report.class_of(name) == "metal"
+        )
         matches[name] = asdict(matched)
         print(f"\n{name} ({render_report.class_of(name)}): Principled {_described(matched)}")
         print(render_report.HEADER)
         build = import_module(f"{addon}.material").build
-        surfaces = {PRINCIPLED: principled.build(matched)}
+        surfaces = {PRINCIPLED: principled_node.build(matched)}
         surfaces |= {sampling: build(fitted, sampling.upper()) for sampling in samplings}
         for light in lights:
             rows += _compare(stages[light.name], name, fitted, surfaces, arguments)
@@ -235,8 +237,8 @@ def _add_ground(scene: object) -> None:
     mesh = bpy.data.meshes.new("Ground")
     corners = [(-4, -4, -1), (4, -4, -1), (4, 4, -1), (-4, 4, -1)]
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
-    grey = principled.Principled(0.0, 1.0, (0.5,) * 3, 1.0, (1.0,) * 3, 0.0)
-    mesh.materials.append(principled.build(grey))
+    grey = principled_node.Inputs(0.0, 1.0, (0.5,) * 3, 1.0, (1.0,) * 3, 0.0)
+    mesh.materials.append(principled_node.build(grey))
     scene.collection.objects.link(bpy.data.objects.new("Ground", mesh))
 
 
@@ -256,7 +258,7 @@ def _chosen(text: str | None, known: list[str], what: str) -> list[str]:
     return chosen
 
 
-def _described(matched: principled.Principled) -> str:
+def _described(matched: principled_node.Inputs) -> str:
     if matched.metallic:
         look = f"metallic, F0 {np.mean(matched.base_color):.3f}"
     else:
