@@ -2,7 +2,8 @@
 
 import importlib
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
 
@@ -19,11 +20,32 @@ loader.use_scratch_settings()
 
 
 @pytest.fixture(scope="session")
-def extension() -> ModuleType:
-    """The root module of the checkout, enabled in Blender as an extension."""
+def extension() -> Iterator[ModuleType]:
+    """The root module of the checkout, enabled in Blender as an extension.
+
+    It fits the base lobes of equal models once: many tests import the same material.
+    """
     if importlib.util.find_spec("bpy") is None:
         pytest.skip("bpy is not installed")
-    return loader.load_extension()
+    root = loader.load_extension()
+    source = importlib.import_module(f"{root.__name__}.nfm_addon.shader_source")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(source, "fit_base_lobes", once_for_each_model(source.fit_base_lobes))
+        yield root
+
+
+def once_for_each_model(fit_base_lobes: Callable) -> Callable:
+    """The function with a memory: of models by their numbers, whichever object holds them."""
+    bases = {}
+
+    def remembered(model: object, closures: Sequence | None = None) -> object:
+        numbers = (getattr(model, field.name).tobytes() for field in fields(model))
+        key = (*numbers, closures and tuple(closures))
+        if key not in bases:
+            bases[key] = fit_base_lobes(model, closures)
+        return bases[key]
+
+    return remembered
 
 
 @pytest.fixture
