@@ -115,9 +115,9 @@ def test_figures(model, base):
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_fitted_bases(name):
+def test_fitted_bases(bases, name):
     """The targets of native sampling, on these models."""
-    error = base_error(MODELS[name], fit_base_lobes(MODELS[name]))
+    error = base_error(MODELS[name], bases[name])
     assert 0 < error.image < (0.004 if name == "metal" else 0.001)
     assert error.image < error.directional < 0.02
     assert error.psnr > 55
