@@ -2,7 +2,7 @@
 
 import importlib
 import importlib.util
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
@@ -23,27 +23,29 @@ loader.use_scratch_settings()
 def extension() -> Iterator[ModuleType]:
     """The root module of the checkout, enabled in Blender as an extension.
 
-    It fits the base lobes of equal models once: many tests import the same material.
+    It fits the base lobes and writes the shader of equal models once: many tests import the same
+    material.
     """
     if importlib.util.find_spec("bpy") is None:
         pytest.skip("bpy is not installed")
     root = loader.load_extension()
-    source = importlib.import_module(f"{root.__name__}.nfm_addon.shader_source")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(source, "fit_base_lobes", once_for_each_model(source.fit_base_lobes))
+        for module, name in (("shader_source", "fit_base_lobes"), ("material", "new_surface")):
+            owner = importlib.import_module(f"{root.__name__}.nfm_addon.{module}")
+            patch.setattr(owner, name, once_for_each_model(getattr(owner, name)))
         yield root
 
 
-def once_for_each_model(fit_base_lobes: Callable) -> Callable:
+def once_for_each_model(function: Callable) -> Callable:
     """The function with a memory: of models by their numbers, whichever object holds them."""
-    bases = {}
+    answers = {}
 
-    def remembered(model: object, closures: Sequence | None = None) -> object:
+    def remembered(model: object, *arguments: object, **options: object) -> object:
         numbers = (getattr(model, field.name).tobytes() for field in fields(model))
-        key = (*numbers, closures and tuple(closures))
-        if key not in bases:
-            bases[key] = fit_base_lobes(model, closures)
-        return bases[key]
+        key = (*numbers, *arguments, *options.items())
+        if key not in answers:
+            answers[key] = function(model, *arguments, **options)
+        return answers[key]
 
     return remembered
 
