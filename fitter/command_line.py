@@ -35,6 +35,7 @@ REPORT = (
     ("  negative", "bins_negative", "{:,.0f}"),
     ("  not finite", "bins_not_finite", "{:,.0f}"),
     ("  below horizon", "bins_below_horizon", "{:,.0f}"),
+    ("  out of gamut", "bins_clamped", "{:,.0f} (negative channels set to 0)"),
     ("objective", "objective", "{:.3e}"),
     ("iterations", "iterations", "{:.0f}"),
     ("seconds", "seconds", "{:.1f}"),
@@ -51,7 +52,7 @@ Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]
 def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     """Fit FILE and write its parameter file."""
     parser = verbs.add_parser("fit", help="fit a measured BRDF and write its parameter file")
-    parser.add_argument("file", metavar="FILE", help="a MERL .binary file")
+    parser.add_argument("file", metavar="FILE", help=readers.EXPECTED)
     parser.add_argument(
         "-o", "--output", metavar="OUT.nfm.json", help="default: the file's name here"
     )

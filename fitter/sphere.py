@@ -8,6 +8,9 @@ looked up at the nearest bin. No sampling, so no noise: what differs is the BRDF
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import cached_property
+
 import numpy as np
 
 from .geometry import N_PHI_D, N_THETA_D, N_THETA_H, merl_bin_index, normalized
@@ -56,13 +59,27 @@ class LitScene:
         ).astype(np.float32)
         self.mask = mask
         self._normals, self._directions = normals, directions
-        self._bins = _table_look_ups(normals, directions)
+
+    @cached_property
+    def _bins(self) -> np.ndarray:
+        return _table_look_ups(self._normals, self._directions)
+
+    def render_exactly(self, f_r: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Linear pixels (environments, n_pixels, 3) of a BRDF, evaluated for each pair.
+
+        f_r : takes unit wi, wo (n, 3) above the horizon to values (n, 3), 1/sr
+        """
+        out = np.empty((len(self._light), len(self._normals), 3))
+        for row, (lit, wi, wo) in enumerate(_local_pairs(self._normals, self._directions)):
+            reflected = f_r(wi, wo) * wi[:, 2:]
+            out[:, row] = np.einsum("edc,dc->ec", self._light[:, lit], reflected)
+        return out
 
     def render(self, f_r: np.ndarray) -> np.ndarray:
         """Linear pixels (environments, n_pixels, 3) of a table (90, 90, 180, 3) in 1/sr."""
-        out = np.empty((len(self._light), len(self._bins), 3))
+        out = np.empty((len(self._light), len(self._normals), 3))
         tables = [np.append(f_r[..., c].ravel(), 0).astype(np.float32) for c in range(3)]
-        for start in range(0, len(self._bins), PIXELS_AT_ONCE):
+        for start in range(0, len(self._normals), PIXELS_AT_ONCE):
             rows = slice(start, start + PIXELS_AT_ONCE)
             cosines = (self._normals[rows] @ self._directions.T).astype(np.float32)
             for channel, table in enumerate(tables):
@@ -114,15 +131,22 @@ def _table_look_ups(normals: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Flat table index (n_pixels, n_directions); past the end for light from below."""
     outside = N_THETA_H * N_THETA_D * N_PHI_D
     index = np.full((len(normals), len(directions)), outside, np.int32)
+    for row, (lit, wi, wo) in enumerate(_local_pairs(normals, directions)):
+        h, d, p = merl_bin_index(wi, wo)
+        index[row, lit] = (h * N_THETA_D + d) * N_PHI_D + p
+    return index
+
+
+def _local_pairs(
+    normals: np.ndarray, directions: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """For each normal the mask of the directions that light it, and wi and wo of these."""
     view = np.array([0.0, 0.0, 1.0])
-    for row, normal in enumerate(normals):
+    for normal in normals:
         lit = directions @ normal > 0
         # any tangent will do: the material is isotropic
         aside = [0.0, 1.0, 0.0] if abs(normal[1]) < 0.999 else [1.0, 0.0, 0.0]
         tangent = normalized(np.cross(aside, normal))
         frame = np.stack([tangent, np.cross(normal, tangent), normal])
         wi = directions[lit] @ frame.T
-        wo = np.broadcast_to(frame @ view, wi.shape)
-        h, d, p = merl_bin_index(wi, wo)
-        index[row, lit] = (h * N_THETA_D + d) * N_PHI_D + p
-    return index
+        yield lit, wi, np.broadcast_to(frame @ view, wi.shape)
