@@ -31,6 +31,9 @@ import numpy as np
 from .geometry import HALF_PI, normalized, polar_angle
 from .warps import SquareTable, Warp
 
+# Of the map from the unit square to directions; it is 0 where m is the normal.
+SMALLEST_JACOBIAN = 1e-6
+
 
 @dataclass(frozen=True)
 class AdaptiveBrdf:
@@ -61,33 +64,67 @@ class AdaptiveBrdf:
         above = (incident[:, 2] > 0) & (exitant[:, 2] > 0)
         values = np.zeros((len(above), 3))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            f_r_cos = self._f_r_cos(*self._unmirrored(incident[above], exitant[above]))
+            f_r_cos = self._f_r_cos(incident[above], exitant[above])
             values[above] = f_r_cos / exitant[above, 2:]
         return values
 
+    def sample(self, incident: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Exitant directions (n, 3) for uniform variates x, y (n,), with the density `pdf`.
+
+        They follow the visible normals, not the measurement; some are below the horizon.
+        """
+        canonical, mirror = self._mirrored(incident)
+        theta_i, phi_i = polar_angle(canonical), _azimuth(canonical)
+        u, v = self.vndf.sample(x, y, phi_i, theta_i)
+        theta_m, phi_m = u**2 * HALF_PI, (2 * v - 1) * np.pi
+        if self.isotropic:
+            phi_m = phi_m + phi_i
+        sin = np.sin(theta_m)
+        m = np.stack([sin * np.cos(phi_m), sin * np.sin(phi_m), np.cos(theta_m)], -1)
+        exitant = 2 * (m * canonical).sum(-1, keepdims=True) * m - canonical
+        return exitant * mirror
+
+    def pdf(self, incident: np.ndarray, exitant: np.ndarray) -> np.ndarray:
+        """Density (n,) of `sample`, 1/sr, of directions above the horizon."""
+        incident, exitant, m, place, parameters = self._located(incident, exitant)
+        u, theta_m = place[0], polar_angle(m)
+        # of half vectors: d omega_m = 2 pi^2 u sin theta_m du dv; of reflections: 4 cos theta_d
+        jacobian = 2 * np.pi**2 * u * np.sin(theta_m) * 4 * (incident * m).sum(-1)
+        return self.vndf.eval(*place, *parameters) / np.maximum(jacobian, SMALLEST_JACOBIAN)
+
     def _f_r_cos(self, incident: np.ndarray, exitant: np.ndarray) -> np.ndarray:
+        incident, exitant, _, place, parameters = self._located(incident, exitant)
+        values = self.rgb.eval(*self.vndf.invert(*place, *parameters), *parameters)
+        if self.jacobian:
+            phi_i, theta_i = parameters
+            area = self.sigma.eval(_position_of_polar(theta_i), _position_of_azimuth(phi_i))
+            values = values * (self.ndf.eval(*place) / (4 * area))[:, None]
+        return values
+
+    def _located(
+        self, incident: np.ndarray, exitant: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple, tuple]:
+        """The pair that the table holds in place of this one, and where it holds it.
+
+        Returns incident and exitant, the half vector m, its position on the unit square and the
+        parameters (phi_i, theta_i).
+        """
+        incident, mirror = self._mirrored(incident)
+        exitant = exitant * mirror
         m = normalized(incident + exitant)
         theta_i, phi_i = polar_angle(incident), _azimuth(incident)
         phi_m = _azimuth(m) - phi_i if self.isotropic else _azimuth(m)
-        theta_m = _position_of_polar(polar_angle(m))
-        phi_m = np.mod(_position_of_azimuth(phi_m), 1)
-        u = self.vndf.invert(theta_m, phi_m, phi_i, theta_i)
-        values = self.rgb.eval(*u, phi_i, theta_i)
-        if self.jacobian:
-            area = self.sigma.eval(_position_of_polar(theta_i), _position_of_azimuth(phi_i))
-            values = values * (self.ndf.eval(theta_m, phi_m) / (4 * area))[:, None]
-        return values
+        place = _position_of_polar(polar_angle(m)), np.mod(_position_of_azimuth(phi_m), 1)
+        return incident, exitant, m, place, (phi_i, theta_i)
 
-    def _unmirrored(
-        self, incident: np.ndarray, exitant: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The pair that the table holds in place of this one: phi_i in the lower half-plane."""
+    def _mirrored(self, incident: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Incident directions as the table has them, and the signs (n, 3) that make them so."""
         if self.reduction < 2:
-            return incident, exitant
+            return incident, np.ones_like(incident)
         sign_y = np.where(np.signbit(incident[:, 1]), 1.0, -1.0)
         sign_x = np.where(np.signbit(incident[:, 0]), 1.0, -1.0) if self.reduction == 4 else sign_y
         mirror = np.stack([sign_x, sign_y, np.ones_like(sign_y)], -1)
-        return incident * mirror, exitant * mirror
+        return incident * mirror, mirror
 
 
 def _azimuth(directions: np.ndarray) -> np.ndarray:

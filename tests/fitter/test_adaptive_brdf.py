@@ -123,3 +123,33 @@ def test_mirrored_at_the_plane_of_incidence(isotropic, pairs):
     mirror = np.array([1, -1, 1])
     found = isotropic.f_r(*(pair * mirror for pair in pairs))
     np.testing.assert_allclose(found, isotropic.f_r(*pairs), rtol=0.02)
+
+
+@pytest.mark.parametrize("phi_i", [(0.0,), CIRCLE, QUARTER])
+def test_samples_follow_the_pdf(phi_i):
+    """The share of the samples in each of 40 regions is the integral of the density over it."""
+    brdf = brdf_of(rgl_files.glossy, phi_i, n=4)
+    rng = np.random.default_rng(7)
+    one = np.array([[0.3, 0.4, np.sqrt(0.75)]])
+    n = 100_000
+    drawn = brdf.sample(np.broadcast_to(one, (n, 3)), *rng.random((2, n)))
+    np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, rtol=1e-9)
+
+    z = (np.arange(400) + 0.5) / 400
+    phi = ((np.arange(800) + 0.5) / 800 * 2 - 1) * np.pi
+    z, phi = (axis.ravel() for axis in np.meshgrid(z, phi))
+    sin = np.sqrt(1 - z * z)
+    everywhere = np.stack([sin * np.cos(phi), sin * np.sin(phi), z], -1)
+    density = brdf.pdf(np.broadcast_to(one, everywhere.shape), everywhere)
+    expected = np.bincount(_region(everywhere), density * (2 * np.pi / z.size), 40)
+    above = drawn[drawn[:, 2] > 0]
+    found = np.bincount(_region(above), minlength=40) / n
+    np.testing.assert_allclose(found, expected, atol=4 * np.sqrt(expected.max() / n) + 2e-3)
+    assert expected.sum() > 0.5
+
+
+def _region(directions):
+    """Five zones of z and eight of azimuth."""
+    zone = np.minimum((directions[:, 2] * 5).astype(int), 4)
+    turn = np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi) + 0.5
+    return zone * 8 + np.minimum((turn * 8).astype(int), 7)
