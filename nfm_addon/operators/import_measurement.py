@@ -9,11 +9,9 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ImportHelper
 
-from ...fitter import parameter_file
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import material_from_file
 from ...fitter.quality import DEFAULT_QUALITY
-from ...fitter.readers import SUFFIXES
 from .. import material
 from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 
@@ -30,16 +28,13 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     bl_idname = "nfm.import_measurement"
     bl_label = "Import Measured BRDF"
     bl_description = (
-        f"Fit a measured BRDF ({', '.join(SUFFIXES)}) or load a fitted one "
-        f"({parameter_file.SUFFIX}) and put the material on the active object"
+        "Fit a measured BRDF (MERL .binary) or load a fitted one (.nfm.json) and put the material "
+        "on the active object"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: StringProperty(
-        default=";".join(f"*{suffix}" for suffix in (*SUFFIXES, parameter_file.SUFFIX)),
-        options={"HIDDEN"},
-    )
+    filter_glob: StringProperty(default="*.binary;*.nfm.json", options={"HIDDEN"})
     sampling: EnumProperty(
         name="Sampling",
         description="How Cycles samples the material",
@@ -99,8 +94,7 @@ def assign(target: bpy.types.Object | None, new: bpy.types.Material) -> bool:
 
 
 def _menu_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    formats = "/".join(SUFFIXES)
-    menu.layout.operator(NFM_OT_import_measurement.bl_idname, text=f"Measured BRDF ({formats})")
+    menu.layout.operator(NFM_OT_import_measurement.bl_idname, text="Measured BRDF (.binary)")
 
 
 _register_classes, _unregister_classes = register_classes_factory((NFM_OT_import_measurement,))
