@@ -95,6 +95,7 @@ def fit_measurement(
             "bins_below_horizon": report.below_horizon,
             "bins_negative": report.negative,
             "bins_not_finite": report.non_finite,
+            **({"bins_clamped": report.clamped} if report.clamped else {}),
         },
     )
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The verbs of ./nfm that work inside Blender, and of `blender --command nfm`.
 
-fit and eval come from the fitter, which also runs without Blender; render and demo are added here.
+fit, export and eval come from the fitter, which also runs without Blender; render and demo are added
+here.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ def main(argv: Sequence[str]) -> int:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     _add_demo_verb(verbs)
     fitter_command_line.add_fit_verb(verbs)
+    fitter_command_line.add_export_verb(verbs)
     _add_eval_verb(verbs)
     _add_render_verb(verbs)
     return fitter_command_line.run(parser, argv)
