@@ -44,7 +44,7 @@ def new_material(addon, monkeypatch, fitted_bases):
     source = addon("shader_source")
     fit_base_lobes = source.fit_base_lobes
 
-    def fit_once(model):
+    def fit_once(model, _closures=None):
         if id(model) not in fitted_bases:
             fitted_bases[id(model)] = model, fit_base_lobes(model)
         return fitted_bases[id(model)][1]
