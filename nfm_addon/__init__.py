@@ -6,9 +6,11 @@ from bpy.utils import register_submodule_factory
 register, unregister = register_submodule_factory(
     __name__,
     (
+        "edit_properties",
         "properties",
         "operators",
         "panel",
+        "live",
         "command",
     ),
 )

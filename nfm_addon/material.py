@@ -1,30 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A fitted material as Blender data: Material -> node group -> Script node -> Text.
 
-The node group has the sockets that an artist uses (Diffuse, Lobe 1-3 Scale, Normal -> BSDF) and
-hides the rest. The model itself travels in material.nfm.parameters, as text.
+The node group (node_group.py) has the sockets that an artist uses and hides the rest. The model
+itself travels in material.nfm.parameters, as text.
 """
 
 from __future__ import annotations
 
 import bpy
-import numpy as np
 
 from ..fitter import parameter_file
-from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import script_node
+from . import editing, node_group, script_node
+from .editing import fitted_material
 from .errors import ShaderError
+from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
 from .node_trees import empty_tree
 from .properties import DEFAULT_SAMPLING
-from .shader_source import Surface, new_surface
+from .shader_source import new_surface
 
-GROUP_NAME = "NFM BRDF"
-SCRIPT_NODE = "NFM Shader"
-
-LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
-WHITE = (1.0, 1.0, 1.0, 1.0)
+__all__ = ("build", "change_sampling", "find_group_node", "find_script_node", "fitted_material")
 
 INT_MAX = 2**31 - 1  # of Blender's properties
 
@@ -40,7 +36,7 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         This Blender cannot compile the shader.
     """
     surface = new_surface(fitted.model, sampling.lower())
-    group = _new_group(fitted.model)
+    group = node_group.new_group(fitted.model)
     script = group.nodes[SCRIPT_NODE]
     try:
         script_node.fill(script, f"{fitted.name}.osl", surface.source)
@@ -50,26 +46,11 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         if text:
             bpy.data.texts.remove(text)
         raise
-    _link_group(group)
+    node_group.link(group)
     material = _new_material(fitted, group, sampling)
-    _report_error(material, surface)
+    editing.draw_curves(material)
+    editing.adopt(material, surface)
     return material
-
-
-def update_shader(material: bpy.types.Material) -> None:
-    """Write the shader anew from material.nfm: after a change of its sampling or parameters.
-
-    Raises
-    ------
-    ParameterFileError
-        The stored parameters were damaged.
-    ShaderError
-        This Blender cannot compile the shader, or the material has lost its Script node.
-    """
-    model = fitted_material(material).model
-    surface = new_surface(model, material.nfm.sampling.lower())
-    script_node.fill(find_script_node(material), f"{material.name}.osl", surface.source)
-    _report_error(material, surface)
 
 
 def change_sampling(material: bpy.types.Material) -> None:
@@ -78,83 +59,11 @@ def change_sampling(material: bpy.types.Material) -> None:
     Raises
     ------
     ParameterFileError, ShaderError
-        As update_shader.
+        As editing.refresh.
     """
-    update_shader(material)
+    editing.refresh(material)
     candidates = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
     find_script_node(material).inputs["Candidates"].default_value = candidates
-
-
-def fitted_material(material: bpy.types.Material) -> FittedMaterial:
-    """The model that a material was made from.
-
-    Raises
-    ------
-    ParameterFileError
-        The material has none, or the stored text was damaged.
-    """
-    return parameter_file.loads(material.nfm.parameters, f"material {material.name!r}")
-
-
-def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript:
-    """The Script node of a material that `build` has made.
-
-    Raises
-    ------
-    ShaderError
-        There is none any more.
-    """
-    tree = material.node_tree  # None until Blender 5.0, for a material without nodes
-    for node in tree.nodes if tree else ():
-        if node.type == "GROUP" and node.node_tree and SCRIPT_NODE in node.node_tree.nodes:
-            return node.node_tree.nodes[SCRIPT_NODE]
-    raise ShaderError(
-        f"material {material.name!r} has no {GROUP_NAME} node any more; import it again"
-    )
-
-
-def _report_error(material: bpy.types.Material, surface: Surface) -> None:
-    """Tell the material's properties how good its base lobes are, if it has any."""
-    if surface.error:
-        figures = surface.error.figures()
-        material.nfm.native_error = figures["native_error"]
-        material.nfm.native_psnr = figures["native_psnr"]
-
-
-def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
-    group = bpy.data.node_groups.new(GROUP_NAME, "ShaderNodeTree")
-    interface = group.interface
-    interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
-    diffuse = interface.new_socket("Diffuse", in_out="INPUT", socket_type="NodeSocketColor")
-    diffuse.default_value = (*(np.pi * model.diffuse), 1.0)
-    diffuse.description = "Colour of the diffuse reflection, as fitted"
-    for name in LOBE_SOCKETS:
-        scale = interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketColor")
-        scale.default_value = WHITE
-        scale.description = "Multiplies this specular lobe; white is as measured"
-    normal = interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
-    normal.hide_value = True
-
-    script = group.nodes.new("ShaderNodeScript")
-    script.name = script.label = SCRIPT_NODE
-    script.width = 220
-    entry = group.nodes.new("NodeGroupInput")
-    entry.location = (-300, 0)
-    exit_ = group.nodes.new("NodeGroupOutput")
-    exit_.location = (320, 0)
-    return group
-
-
-def _link_group(group: bpy.types.ShaderNodeTree) -> None:
-    """Connect the Script node, whose sockets exist only once it is compiled."""
-    nodes = {node.bl_idname: node for node in group.nodes}
-    entry, exit_ = nodes["NodeGroupInput"], nodes["NodeGroupOutput"]
-    script = group.nodes[SCRIPT_NODE]
-    for name in ("Diffuse", *LOBE_SOCKETS, "Normal"):
-        group.links.new(entry.outputs[name], script.inputs[name])
-    group.links.new(script.outputs["BSDF"], exit_.inputs["BSDF"])
-    for socket in (*script.inputs, *script.outputs):
-        socket.hide = not socket.is_linked
 
 
 def _new_material(

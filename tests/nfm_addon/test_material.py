@@ -118,7 +118,9 @@ def test_name_does_not_reach_the_shader(name, build, script_of):
 
 def test_failed_compilation_leaves_nothing(addon, build, errors, all_names, monkeypatch, tmp_path):
     monkeypatch.setattr(
-        addon("material"), "new_surface", lambda *_: addon("shader_source").Surface(BROKEN_SHADER)
+        addon("material"),
+        "new_surface",
+        lambda *_, **__: addon("shader_source").Surface(BROKEN_SHADER, None),
     )
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     before = all_names()
@@ -178,7 +180,7 @@ def test_damaged_parameters_leave_the_shader(parameters, addon, build, script_of
     before = (script.script.as_string(), script.bytecode, len(script.inputs))
     material.nfm.parameters = parameters
     with pytest.raises(errors.NfmError, match=r"^material 'blue plastic': "):
-        addon("material").update_shader(material)
+        addon("editing").refresh(material)
     assert (script.script.as_string(), script.bytecode, len(script.inputs)) == before
 
 
@@ -197,10 +199,13 @@ def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkey
     before = (script.script.as_string(), script.bytecode, script.bytecode_hash)
     links = len(script.id_data.links)
     monkeypatch.setattr(
-        addon("material"), "new_surface", lambda *_: addon("shader_source").Surface(BROKEN_SHADER)
+        addon("editing"),
+        "new_surface",
+        lambda *_, **__: addon("shader_source").Surface(BROKEN_SHADER, None),
     )
+    material.nfm.edit.edge_strength = 2
     with pytest.raises(errors.ShaderError):
-        addon("material").update_shader(material)
+        addon("editing").refresh(material)
     assert (script.script.as_string(), script.bytecode, script.bytecode_hash) == before
     assert len(script.id_data.links) == links
 
@@ -262,7 +267,8 @@ def test_candidates_are_those_of_the_sampling(sampling, candidates, build, scrip
 def test_writing_the_shader_anew_keeps_candidates(addon, build, script_of):
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
-    addon("material").update_shader(material)
+    material.nfm.edit.edge_strength = 2
+    assert addon("editing").refresh(material)
     assert script_of(material).inputs["Candidates"].default_value == 7
 
 
