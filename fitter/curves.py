@@ -22,7 +22,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from .geometry import N_THETA_D, N_THETA_H
-from .model import N_LOBES, FactorModel
+from .factors import N_LOBES
+from .model import FactorModel
 from .splines import N_MASKING
 
 DECADES = 6.0

@@ -15,7 +15,7 @@ from numbers import Real
 from .curves import CURVES
 from .edits import RANGES, LobeSliders, Sliders
 from .errors import ParameterFileError
-from .model import N_LOBES
+from .factors import N_LOBES
 
 Handle = tuple[float, float, str]
 Handles = Mapping[str, tuple[Handle, ...]]

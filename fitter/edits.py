@@ -17,7 +17,8 @@ import numpy as np
 
 from .curves import Curves, bend_linear, bend_logarithmic
 from .geometry import theta_d_centres, theta_h_centres
-from .model import N_LOBES, FactorModel
+from .factors import N_LOBES
+from .model import FactorModel
 from .tables import versine_nodes
 
 # Luminance of linear RGB, ITU-R BT.709.
