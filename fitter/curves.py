@@ -21,8 +21,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from .geometry import N_THETA_D, N_THETA_H
 from .factors import N_LOBES
+from .geometry import N_THETA_D, N_THETA_H
 from .model import FactorModel
 from .splines import N_MASKING
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .curves import Curves, bend_linear, bend_logarithmic
-from .geometry import theta_d_centres, theta_h_centres
 from .factors import N_LOBES
+from .geometry import theta_d_centres, theta_h_centres
 from .model import FactorModel
 from .tables import versine_nodes
 

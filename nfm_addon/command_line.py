@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The verbs of ./nfm that work inside Blender, and of `blender --command nfm`.
 
-fit, export and eval come from the fitter, which also runs without Blender; render and demo are added
-here.
+fit, export and eval come from the fitter, which also runs without Blender; render and demo are
+added here.
 """
 
 from __future__ import annotations

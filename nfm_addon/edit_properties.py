@@ -17,7 +17,7 @@ from bpy.props import (
 from bpy.utils import register_classes_factory
 
 from ..fitter.edits import RANGES, LobeSliders, Sliders
-from ..fitter.model import N_LOBES
+from ..fitter.factors import N_LOBES
 
 LOBES = tuple(f"lobe_{lobe + 1}" for lobe in range(N_LOBES))
 LOBE_SLIDERS = ("width", "haze", "falloff", "gain")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..fitter.model import N_LOBES
+from ..fitter.factors import N_LOBES
 
 FRAME = "Sliders"
 GAINS = tuple(f"Lobe {lobe + 1} Gain" for lobe in range(N_LOBES))
