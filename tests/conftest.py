@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fitter import geometry, synthetic
+from fitter import geometry, merl, synthetic
 from fitter.measurement import BinReport, Measurement, Source
 from runner import blender as loader
 from runner.environment import CHECKOUT
@@ -101,3 +101,12 @@ def make_measurement():
 def two_lobes(make_measurement):
     """A clear coat over flakes and a diffuse base."""
     return make_measurement(*synthetic.tabulate(synthetic.SAMPLES["copper-paint"]))
+
+
+@pytest.fixture(scope="session")
+def measured(tmp_path_factory, two_lobes):
+    """The same as a MERL file, which tests leave as it is."""
+    path = tmp_path_factory.mktemp("measured") / "copper.binary"
+    merl.write(path, two_lobes.f_r, two_lobes.valid)
+    yield path
+    path.unlink()

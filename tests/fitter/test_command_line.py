@@ -6,19 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitter import command_line, merl, parameter_file
+from fitter import command_line, parameter_file
 from fitter.base_error import base_error
 from fitter.base_lobes import fit_base_lobes
 from fitter.command_line import main, read_directions
 from fitter.parameter_file import FittedMaterial
-
-
-@pytest.fixture(scope="module")
-def measured(tmp_path_factory, two_lobes):
-    path = tmp_path_factory.mktemp("measured") / "copper.binary"
-    merl.write(path, two_lobes.f_r, two_lobes.valid)
-    yield path
-    path.unlink()
 
 
 @pytest.fixture
