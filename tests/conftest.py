@@ -42,7 +42,7 @@ def once_for_each_model(function: Callable) -> Callable:
 
     def remembered(model: object, *arguments: object, **options: object) -> object:
         numbers = (getattr(model, field.name).tobytes() for field in fields(model))
-        key = (*numbers, *arguments, *options.items())
+        key = (type(model), *numbers, *arguments, *options.items())
         if key not in answers:
             answers[key] = function(model, *arguments, **options)
         return answers[key]
