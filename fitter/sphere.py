@@ -23,10 +23,46 @@ EXPOSURE = 0.3
 DISPLAY_GAMMA = 2.2
 
 
-class LitScene:
-    """Visible points with normals, seen along -z with +y up, under environment maps.
+class Scene:
+    """Pixels with something in them, seen along -z with +y up, under environment maps.
 
     A map's poles are +-y, its columns run from +x to +z. Direct light without shadows.
+
+    mask : (height, width)
+    directions : (k, 3) unit, to the texels of a map
+    light : (environments, k, 3) radiance times solid angle of the texels
+    """
+
+    def __init__(self, mask: np.ndarray, environments: list[np.ndarray]) -> None:
+        rows, columns = ENVIRONMENT_SHAPE
+        theta = (np.arange(rows) + 0.5) / rows * np.pi
+        phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
+        self.directions = np.stack(
+            np.broadcast_arrays(
+                np.sin(theta)[:, None] * np.cos(phi),
+                np.cos(theta)[:, None],
+                np.sin(theta)[:, None] * np.sin(phi),
+            ),
+            -1,
+        ).reshape(-1, 3)
+        solid_angle = np.repeat(np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns), columns)
+        self.light = np.stack(
+            [
+                box_filtered(image, rows, columns).reshape(-1, 3) * solid_angle[:, None]
+                for image in environments
+            ]
+        ).astype(np.float32)
+        self.mask = mask
+
+    def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
+        """Display picture (height, width, 3) in 0..1 of one environment's pixels."""
+        image = np.zeros((*self.mask.shape, 3))
+        image[self.mask] = display(pixels, reference)
+        return image
+
+
+class LitScene(Scene):
+    """Visible points with normals, for isotropic materials.
 
     normals : (n, 3) unit, facing the viewer (+z), one for each pixel that is True in `mask`
     mask : (height, width)
@@ -36,56 +72,38 @@ class LitScene:
     def __init__(
         self, normals: np.ndarray, mask: np.ndarray, environments: list[np.ndarray]
     ) -> None:
-        rows, columns = ENVIRONMENT_SHAPE
-        theta = (np.arange(rows) + 0.5) / rows * np.pi
-        phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
-        directions = np.stack(
-            np.broadcast_arrays(
-                np.sin(theta)[:, None] * np.cos(phi),
-                np.cos(theta)[:, None],
-                np.sin(theta)[:, None] * np.sin(phi),
-            ),
-            -1,
-        ).reshape(-1, 3)
-        solid_angle = np.repeat(np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns), columns)
-        self._light = np.stack(
-            [
-                box_filtered(image, rows, columns).reshape(-1, 3) * solid_angle[:, None]
-                for image in environments
-            ]
-        ).astype(np.float32)
-        self.mask = mask
-        self._normals, self._directions = normals, directions
-        self._bins = _table_look_ups(normals, directions)
+        super().__init__(mask, environments)
+        self._normals = normals
+        self._bins = _table_look_ups(normals, self.directions)
 
     def render(self, f_r: np.ndarray) -> np.ndarray:
         """Linear pixels (environments, n_pixels, 3) of a table (90, 90, 180, 3) in 1/sr."""
-        out = np.empty((len(self._light), len(self._bins), 3))
+        out = np.empty((len(self.light), len(self._bins), 3))
         tables = [np.append(f_r[..., c].ravel(), 0).astype(np.float32) for c in range(3)]
         for start in range(0, len(self._bins), PIXELS_AT_ONCE):
             rows = slice(start, start + PIXELS_AT_ONCE)
-            cosines = (self._normals[rows] @ self._directions.T).astype(np.float32)
+            cosines = (self._normals[rows] @ self.directions.T).astype(np.float32)
             for channel, table in enumerate(tables):
                 reflected = table[self._bins[rows]] * cosines
-                out[:, rows, channel] = self._light[..., channel] @ reflected.T
+                out[:, rows, channel] = self.light[..., channel] @ reflected.T
         return out
-
-    def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """Display picture (height, width, 3) in 0..1 of one environment's pixels."""
-        image = np.zeros((*self.mask.shape, 3))
-        image[self.mask] = display(pixels, reference)
-        return image
 
 
 class SphereScene(LitScene):
     """The unit sphere; see LitScene."""
 
     def __init__(self, environments: list[np.ndarray], resolution: int = RESOLUTION) -> None:
-        axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
-        x, y = np.meshgrid(axis, -axis)
-        mask = x * x + y * y < 1
-        x, y = x[mask], y[mask]
-        super().__init__(np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1), mask, environments)
+        normals, mask = sphere_normals(resolution)
+        super().__init__(normals, mask, environments)
+
+
+def sphere_normals(resolution: int) -> tuple[np.ndarray, np.ndarray]:
+    """Normals (n, 3) of the unit sphere at the centres of the pixels in the mask, and the mask."""
+    axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+    x, y = np.meshgrid(axis, -axis)
+    mask = x * x + y * y < 1
+    x, y = x[mask], y[mask]
+    return np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1), mask
 
 
 def display(pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
