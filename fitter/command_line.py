@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from . import parameter_file, readers
+from . import parameter_file, readers, utia
 from .errors import NfmError, printable, shown_name
+from .factors import Factors
 from .files import write_atomically
 from .fit_file import fit_measurement
-from .model import FactorModel
 from .parameter_file import FittedMaterial
 from .prior import DEFAULT_STRENGTH
 from .progress import Progress
@@ -35,29 +35,38 @@ REPORT = (
     ("  negative", "bins_negative", "{:,.0f}"),
     ("  not finite", "bins_not_finite", "{:,.0f}"),
     ("  below horizon", "bins_below_horizon", "{:,.0f}"),
+    ("encoding", "encoding", "{}"),
     ("objective", "objective", "{:.3e}"),
     ("iterations", "iterations", "{:.0f}"),
     ("seconds", "seconds", "{:.1f}"),
     ("mean log error", "mean_log_error", "{:.4f}"),
+    ("numeric PSNR", "numeric_psnr", "{:.1f} dB over the data"),
+    ("main direction", "anisotropy_direction", "{:.1f} degrees from the tangent"),
+    ("anisotropy", "anisotropy_strength", "{:.2f} (0: none, 1: all)"),
     ("largest albedo", "largest_directional_albedo", "{:.3f} (directional, up to 88 degrees)"),
     ("native sampling", "native_error", "{:.2%} error of a picture in a studio"),
     ("", "native_psnr", "{:.1f} dB against the model"),
     ("", "native_directional_error", "{:.2%} error over all directions"),
 )
 
-Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]
+Evaluate = Callable[[Factors, np.ndarray, np.ndarray], np.ndarray]
 
 
 def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     """Fit FILE and write its parameter file."""
     parser = verbs.add_parser("fit", help="fit a measured BRDF and write its parameter file")
-    parser.add_argument("file", metavar="FILE", help="a MERL .binary file")
+    parser.add_argument("file", metavar="FILE", help=readers.EXPECTED)
     parser.add_argument(
         "-o", "--output", metavar="OUT.nfm.json", help="default: the file's name here"
     )
     parser.add_argument("--model", choices=["shared3"], default="shared3")
     parser.add_argument(
         "--weight", choices=sorted(WEIGHTS), default=DEFAULT_WEIGHT, help="weight of the objective"
+    )
+    parser.add_argument(
+        "--encoding",
+        choices=sorted(utia.ENCODINGS),
+        help=f"how to take the numbers of a UTIA file; default: {utia.DEFAULT_ENCODING}",
     )
     add_quality_option(parser)
     parser.add_argument(
@@ -94,7 +103,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
     if arguments.output and not Path(arguments.output).parent.is_dir():
         # before ten seconds of work, not after
         raise NfmError(f"{shown_name(arguments.output)}: there is no such folder; make it first")
-    measurement = readers.read(arguments.file)
+    measurement = readers.read(arguments.file, encoding=arguments.encoding)
     cpu_start = time.process_time()
     with Progress(sys.stderr, "fit") as progress:
         material = fit_measurement(
@@ -127,8 +136,10 @@ def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
     ]
     for label, key, text in REPORT:
         # a parameter file may come from anywhere and hold anything under a known name
-        if isinstance(fit.get(key), (int, float)):
-            lines.append(f"{label:<16}{text.format(fit[key])}")
+        figure = fit.get(key)
+        if isinstance(figure, str) if text == "{}" else isinstance(figure, (int, float)):
+            shown = printable(figure) if isinstance(figure, str) else text.format(figure)
+            lines.append(f"{label:<16}{shown}")
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -143,7 +154,7 @@ def add_eval_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:
         help="(n, 6) numbers: unit wi and wo in the local frame, z = normal",
     )
     parser.add_argument("-o", "--output", metavar="OUT.npy", required=True, help="(n, 3) f in 1/sr")
-    parser.set_defaults(run=lambda arguments: run_eval(arguments, FactorModel.f_r))
+    parser.set_defaults(run=lambda arguments: run_eval(arguments, Factors.f_r))
     return parser
 
 

@@ -43,6 +43,11 @@ def phi_nodes() -> np.ndarray:
 def directions() -> np.ndarray:
     """Unit directions of the nodes (288, 3), theta the slower; row 0 holds the pole 48 times."""
     theta, phi = (a.ravel() for a in np.meshgrid(theta_nodes(), phi_nodes(), indexing="ij"))
+    return unit_vectors(theta, phi)
+
+
+def unit_vectors(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Directions (n, 3) of angles (n,)."""
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
 
 

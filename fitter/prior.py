@@ -23,7 +23,7 @@ The terms are means over the curves of a factor. The first two are multiplied by
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -41,7 +41,11 @@ LEVEL = {"fresnel": 1e-3, "masking": 1e-5, "ndf": 1e-5}
 # have any number of peaks, that of cloth has one for every family of threads.
 ANISOTROPIC_WRONG_WAY = {"masking along": 1.0, "ratio along": 1.0}
 ANISOTROPIC_ROUGHNESS = {"masking around": 1.0, "ndf around": 0.1}
+# There are few angles at which the data could tell F from 1 / G^2, and far more of a drift between
+# the nodes than on them: F is held a hundred times more firmly, and what is to replace it in the
+# drift, G / cos theta, may not fall.
 ANISOTROPIC_LEVEL = {
+    "fresnel": 0.1,
     "masking along": 1e-4,
     "masking around": 1e-4,
     "ndf along": 1e-5,
@@ -89,7 +93,7 @@ def terms(model: Factors, strength: float) -> dict[str, Terms]:
         "masking": model.free_numbers(model.masking),
     }
     if isinstance(model, AnisotropicModel):
-        families = _anisotropic_families(model.n_lobes)
+        families = _anisotropic_families(model.n_lobes, model.fresnel)
     else:
         families = _isotropic_families(free)
     return {
@@ -142,7 +146,7 @@ def _isotropic_families(free: dict[str, np.ndarray]) -> dict[str, list[_Family]]
     }
 
 
-def _anisotropic_families(n_lobes: int) -> dict[str, list[_Family]]:
+def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_Family]]:
     tables = np.arange(n_lobes * polar_grid.N_FREE).reshape(n_lobes, -1)
     full = polar_grid.full_tables(tables)  # lobes, 6, 48
     # around: closed, with two numbers repeated so that every second difference is there
@@ -160,7 +164,10 @@ def _anisotropic_families(n_lobes: int) -> dict[str, list[_Family]]:
 
     return {
         "ndf": [family("ndf", axis, _decades, _away_from_peak) for axis in lines],
-        "fresnel": _isotropic_families({"fresnel": np.empty((3, 90))})["fresnel"],
+        "fresnel": [
+            replace(isotropic, level=ANISOTROPIC_LEVEL["fresnel"])
+            for isotropic in _isotropic_families({"fresnel": fresnel})["fresnel"]
+        ],
         "masking": [
             *(family("masking", axis, _plotted, _rising) for axis in lines),
             family("ratio", "along", _log_over_cosine, _falling),
