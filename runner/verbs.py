@@ -42,7 +42,7 @@ VERBS = {
     "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
     "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),
-    "bench": Verb("print the tables of figures", _module("benchmarks")),
+    "bench": Verb("print the tables of figures", _module("benchmarks"), extras=("report",)),
     "test": Verb(
         "run ruff, then pytest on both Blender versions",
         _module("runner.checks"),
