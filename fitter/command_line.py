@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import export, parameter_file, readers, utia
+from . import batch, cluster, export, measured_file, parameter_file, readers, utia
 from .anisotropic_model import AnisotropicModel
 from .base_error import base_error
 from .base_lobes import fit_base_lobes
@@ -28,6 +28,9 @@ from .quality import DEFAULT_QUALITY, QUALITIES
 from .weights import DEFAULT_WEIGHT, WEIGHTS
 
 FAILED = 1
+
+# What a batch leaves beside its parameter files.
+SUMMARY = "summary.json"
 
 # How far from 1 the length of a direction may be: far more than rounding, less than a mistake.
 UNIT_TOLERANCE = 1e-3
@@ -60,11 +63,21 @@ Evaluate = Callable[[Factors, np.ndarray, np.ndarray], np.ndarray]
 
 
 def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
-    """Fit FILE and write its parameter file."""
+    """Fit FILE and write its parameter file, or all files of a folder."""
     parser = verbs.add_parser("fit", help="fit a measured BRDF and write its parameter file")
-    parser.add_argument("file", metavar="FILE", help=readers.EXPECTED)
+    parser.add_argument("file", metavar="FILE", help=f"{readers.EXPECTED}, or a folder of such")
     parser.add_argument(
-        "-o", "--output", metavar="OUT.nfm.json", help="default: the file's name here"
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="default: the file's name with .nfm.json, here; a folder for a folder",
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", metavar="N", type=positive, default=2, help="processes for a folder; default: 2"
+    )
+    where.add_argument(
+        "--dask", metavar="tcp://HOST:PORT", help="fit a folder on a Dask cluster instead"
     )
     parser.add_argument("--model", choices=["shared3"], default="shared3")
     parser.add_argument(
@@ -104,8 +117,69 @@ def _not_negative(text: str) -> float:
     return value
 
 
+def positive(text: str) -> int:
+    """Argument type: a whole number from 1."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number}, expected at least 1")
+    return number
+
+
 def run_fit(arguments: argparse.Namespace) -> None:
     """The verb fit."""
+    if Path(arguments.file).is_dir():
+        _fit_folder(arguments)
+    else:
+        _fit_file(arguments)
+
+
+def _fit_folder(arguments: argparse.Namespace) -> None:
+    if not arguments.output:
+        raise NfmError(
+            f"{shown_name(arguments.file)}: a folder; say with --output where its fits go"
+        )
+    output = made_folder(Path(arguments.output))
+    jobs = batch.jobs_of(Path(arguments.file), output)
+    settings = batch.Settings(arguments.weight, arguments.quality, arguments.prior)
+    if arguments.dask:
+        running = cluster.run(jobs, settings, arguments.dask)
+    else:
+        running = batch.run(jobs, settings, arguments.jobs)
+    outcomes: list[batch.Outcome] = []
+    with Progress(sys.stderr, "fit") as progress:
+        progress.update(0, f"0 of {len(jobs)} files")
+        for outcome in running:
+            if outcome is not None:
+                outcomes.append(outcome)
+                done = f"{len(outcomes)} of {len(jobs)} files"
+                progress.update(len(outcomes) / len(jobs), done)
+    rows = json.dumps(batch.summary_rows(outcomes), indent=1)
+    measured_file.write(output / SUMMARY, [rows.encode()], "another folder")
+    sys.stdout.write(f"{rows}\n" if arguments.json else batch.summary_text(outcomes))
+    failed = sum(outcome.status == batch.FAILED for outcome in outcomes)
+    if failed:
+        raise NfmError(f"{failed} of {len(jobs)} files could not be fitted; see above")
+
+
+def made_folder(folder: Path) -> Path:
+    """A folder, made if it is not there.
+
+    Raises
+    ------
+    NfmError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NfmError(
+            f"{shown_name(folder)}: cannot be made a folder ({error.strerror or error}); "
+            "choose another"
+        ) from None
+    return folder
+
+
+def _fit_file(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     if arguments.output and not Path(arguments.output).parent.is_dir():
         # before ten seconds of work, not after
