@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .anisotropic_albedo import lobe_albedo
 from .anisotropic_model import AnisotropicModel
 from .geometry import HALF_PI, versine
-from .polar_grid import N_PHI, N_THETA, PHI_STEP, phi_nodes
-from .quadrature import HalfVectors
+from .polar_grid import N_PHI, N_THETA, PHI_STEP, phi_nodes, unit_vectors
 
 # Nodes of the sampling density in each row of the polar grid, and in all to 90 degrees.
 NODES_PER_ROW = 4
@@ -83,27 +83,5 @@ def anisotropic_selection(model: AnisotropicModel) -> np.ndarray:
     theta_o[-1] = np.radians(89.5)
     phi_o = np.arange(SELECTION_GRID[1]) / SELECTION_GRID[1] * 2 * np.pi
     theta, phi = (a.ravel() for a in np.meshgrid(theta_o, phi_o, indexing="ij"))
-    wo = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
-    albedo = anisotropic_lobe_albedo(model, wo, n_theta=2, n_phi=N_PHI)
+    albedo = lobe_albedo(model, unit_vectors(theta, phi))
     return np.moveaxis(albedo.reshape(*SELECTION_GRID, model.n_lobes, 3), 2, 0)
-
-
-def anisotropic_lobe_albedo(
-    model: AnisotropicModel, wo: np.ndarray, *, n_theta: int = 6, n_phi: int = 4 * N_PHI
-) -> np.ndarray:
-    """Directional albedo (n, lobes, 3) of the lobes at unit view directions (n, 3).
-
-    Integrates f cos(theta_i) over half vectors: n_theta Gauss-Legendre points in each row of the
-    polar grid, n_phi midpoints of azimuths.
-    """
-    points, gauss = np.polynomial.legendre.leggauss(n_theta)
-    step = HALF_PI / N_THETA
-    theta_h = ((np.arange(N_THETA)[:, None] + (points + 1) / 2) * step).ravel()
-    ring = 2 * np.pi * np.sin(theta_h) * np.tile(gauss / 2 * step, N_THETA)
-    half_vectors = HalfVectors.on_rings(theta_h, ring, n_phi, turn=2 * np.pi)
-    out = np.empty((len(wo), model.n_lobes, 3))
-    for row, direction in enumerate(wo):
-        view = half_vectors.seen_from(direction)
-        values = model.lobe_values(view.wi, np.broadcast_to(direction, view.wi.shape))
-        out[row] = np.einsum("n,mnc->mc", view.wi[:, 2] * view.solid_angle, values)
-    return out

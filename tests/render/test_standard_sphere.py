@@ -44,7 +44,8 @@ def test_equals_the_numpy_reference(name, addon, new_material, render, tmp_path)
     cycles = render_seeds(render, scene, range(runs))
     rng = np.random.default_rng(0)
     exact = [
-        reference.render(ALL_MODELS[name], light, RESOLUTION, samples=24, rng=rng) for _ in range(runs)
+        reference.render(ALL_MODELS[name], light, RESOLUTION, samples=24, rng=rng)
+        for _ in range(runs)
     ]
     mean, error = mean_and_error(cycles)
     expected, expected_error = mean_and_error(exact)
