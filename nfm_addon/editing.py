@@ -162,8 +162,8 @@ def refresh(
         changed = True
     else:
         changed = False
-    _set_inputs(group, state)
-    return changed
+    gains = tuple(lobe.gain for lobe in state.sliders.lobes)
+    return live_nodes.set_inputs(group, gains, *_diffuse_map(state)) or changed
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:
@@ -284,13 +284,6 @@ def _within_energy(model: FactorModel, state: State) -> FactorModel:
     limited = within_energy(whole)
     scale = np.where(gains > 0, limited.scale / np.where(gains > 0, gains, 1), 0)
     return replace(limited, scale=scale, diffuse=model.diffuse)
-
-
-def _set_inputs(group: bpy.types.ShaderNodeTree, state: State) -> None:
-    if group.library or group.override_library:
-        return
-    live_nodes.set_gains(group, tuple(lobe.gain for lobe in state.sliders.lobes))
-    live_nodes.set_diffuse(group, *_diffuse_map(state))
 
 
 def _diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:

@@ -71,6 +71,7 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
             )
         node.bytecode = bytecode
         node.bytecode_hash = bytecode_hash
+        node.id_data.update_tag()  # neither of them is a change to a render under way
         wanted = {osl.shader_param_ensure(node, parameter) for parameter in query.parameters}
     finally:
         # Cycles leaves it behind for internal scripts
