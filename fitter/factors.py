@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Self, TypeVar
+from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -30,10 +30,13 @@ class Factors(ABC):
     masking : (lobes, ...) G_m at the nodes that the model says
     fresnel : (3, 90) F_c at geometry.theta_d_centres()
 
+    kind : "isotropic" or "anisotropic", as parameter files name it
+
     In the gauge that `normalized` gives, every D_m, G_m and F_c has maximum 1 and the energy is in
     scale.
     """
 
+    kind: ClassVar[str]
     diffuse: np.ndarray
     scale: np.ndarray
     ndf: np.ndarray

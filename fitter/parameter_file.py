@@ -110,7 +110,7 @@ class FittedMaterial:
 def dumps(material: FittedMaterial) -> str:
     """Text of a parameter file; the same material gives the same text."""
     model, source = material.model, material.source
-    name, kind = next((n, k) for n, k in _KINDS.items() if isinstance(model, k.model))
+    name, kind = model.kind, _KINDS[model.kind]
     document = {
         "format": FORMAT,
         "version": VERSION,
