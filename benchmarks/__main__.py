@@ -4,11 +4,12 @@
 import argparse
 import sys
 
-from . import base, diffuse, exact, fit, noise, render, rgl, sampling, smooth
+from . import base, diffuse, edit, exact, fit, noise, render, rgl, sampling, smooth
 
 BENCHMARKS = {
     "base": base,
     "diffuse": diffuse,
+    "edit": edit,
     "exact": exact,
     "fit": fit,
     "noise": noise,

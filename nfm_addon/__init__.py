@@ -10,6 +10,7 @@ register, unregister = register_submodule_factory(
         "properties",
         "operators",
         "panel",
+        "edit_panel",
         "live",
         "command",
     ),

@@ -7,6 +7,8 @@ itself travels in material.nfm.parameters, as text.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 
 from ..fitter import parameter_file
@@ -50,8 +52,11 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         raise
     node_group.link(group)
     material = _new_material(fitted, group, sampling)
-    editing.draw_curves(material)
+    editing.draw_curves(material, fitted.edits and fitted.edits.drawn)
     editing.adopt(material, surface)
+    if fitted.edits:
+        editing.apply_document(material, fitted.edits)
+        editing.refresh(material)
     return material
 
 
@@ -91,7 +96,7 @@ def _new_material(
     settings = material.nfm
     # before `parameters`: without them its update callback leaves the new shader alone
     settings.sampling = sampling
-    settings.parameters = parameter_file.dumps(fitted)
+    settings.parameters = parameter_file.dumps(replace(fitted, edits=None))
     settings.model = parameter_file.MODEL
     if fitted.source:
         settings.source = fitted.source.file_name

@@ -4,5 +4,14 @@
 from bpy.utils import register_submodule_factory
 
 register, unregister = register_submodule_factory(
-    __name__, ("give_lamps_size", "import_measurement")
+    __name__,
+    (
+        "apply_edits",
+        "blend_with",
+        "copy_edits",
+        "edit_presets",
+        "give_lamps_size",
+        "import_measurement",
+        "reset_edits",
+    ),
 )

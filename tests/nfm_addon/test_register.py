@@ -69,17 +69,44 @@ def test_twice_registered_and_unregistered(run_python):
     assert on == on_again == on_at_last
     assert off == off_again
     assert on["types"] == [
+        "NFM_OT_apply_edits",
+        "NFM_OT_blend_with",
+        "NFM_OT_copy_curve",
+        "NFM_OT_copy_lobe",
         "NFM_OT_give_lamps_size",
         "NFM_OT_import_measurement",
+        "NFM_OT_keep_energy",
+        "NFM_OT_load_edits",
+        "NFM_OT_paste_curve",
+        "NFM_OT_paste_lobe",
+        "NFM_OT_reset_edits",
+        "NFM_OT_save_edits",
+        "NFM_PG_edit",
+        "NFM_PG_group",
+        "NFM_PG_lobe_sliders",
         "NFM_PG_material",
+        "NFM_PT_edit",
         "NFM_PT_material",
     ]
-    assert on["operators"] == ["give_lamps_size", "import_measurement"]
+    assert [f"NFM_OT_{name}" for name in on["operators"]] == [
+        name for name in on["types"] if name.startswith("NFM_OT_")
+    ]
     assert on["property"] is True
     assert len(on["menu"]) == 1
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
-    assert off["handlers"] == on["handlers"]
+    ours = {name: on["handlers"][name] - off["handlers"][name] for name in on["handlers"]}
+    assert {name for name, count in ours.items() if count} == {
+        "depsgraph_update_post",
+        "undo_post",
+        "redo_post",
+        "load_post",
+        "render_init",
+        "render_complete",
+        "render_cancel",
+        "frame_change_post",
+    }
+    assert max(ours.values()) == 1
     assert off["path"] == on["path"]
     assert off["draw functions"] == on["draw functions"] - 1
 
