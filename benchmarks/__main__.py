@@ -4,9 +4,10 @@
 import argparse
 import sys
 
-from . import base, diffuse, exact, fit, noise, render, sampling, smooth
+from . import aniso, base, diffuse, exact, fit, noise, render, sampling, smooth
 
 BENCHMARKS = {
+    "aniso": aniso,
     "base": base,
     "diffuse": diffuse,
     "exact": exact,
