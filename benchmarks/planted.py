@@ -41,7 +41,9 @@ def anisotropic_model() -> AnisotropicModel:
     nodes = polar_grid.directions()
     x2, y2, z2 = (nodes**2).T
     return AnisotropicModel(
-        **{name: getattr(model(), name) for name in ("diffuse", "scale", "fresnel")},
+        diffuse=model().diffuse,
+        scale=np.array([[0.2, 0.18, 0.15], [0.1, 0.08, 0.1], [0.1, 0.12, 0.08]]),
+        fresnel=model().fresnel,
         ndf=np.stack(
             [1 / (np.pi * a * b * (x2 / a**2 + y2 / b**2 + z2) ** 2) for a, b in alphas]
         ).reshape(3, 6, 48),

@@ -85,7 +85,7 @@ def cloth_scene(environments: list[np.ndarray], resolution: int = RESOLUTION) ->
 
 def cloth_slopes(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slopes dz/dx and dz/dy (n,) of the cloth's height a(y) sin(p(x, y))."""
-    amplitude, amplitude_y = 0.14 - 0.06 * y, -0.06  # folds are deeper further down
+    amplitude, amplitude_y = 0.2 - 0.08 * y, -0.08  # folds are deeper further down
     phase = 9 * x + 1.5 * np.sin(2 * y) + 2 * x * y
     phase_x, phase_y = 9 + 2 * y, 3 * np.cos(2 * y) + 2 * x
     return (

@@ -61,6 +61,7 @@ NDF_FLOOR = 1e-5
 
 # Steps the wrong way below this size count quadratically: the sum of sizes has no derivative at 0.
 SOFTENING = 1e-3
+RATIO_SOFTENING = 0.02  # of log(G / cos theta); many of its steps stay near 0
 
 DEFAULT_STRENGTH = 0.3
 
@@ -115,6 +116,7 @@ class _Family:
     curve : what takes curves to the values that are judged, and to their derivatives to log numbers
     wrong : tells which steps go the wrong way
     wrong_way, roughness, level : weights of the three terms
+    softening : of the first
     """
 
     index: np.ndarray
@@ -123,6 +125,7 @@ class _Family:
     wrong_way: float
     roughness: float
     level: float
+    softening: float = SOFTENING
 
 
 def _isotropic_families(free: dict[str, np.ndarray]) -> dict[str, list[_Family]]:
@@ -170,7 +173,9 @@ def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_
         ],
         "masking": [
             *(family("masking", axis, _plotted, _rising) for axis in lines),
-            family("ratio", "along", _log_over_cosine, _falling),
+            replace(
+                family("ratio", "along", _log_over_cosine, _falling), softening=RATIO_SOFTENING
+            ),
         ],
     }
 
@@ -189,10 +194,11 @@ def _terms(numbers: np.ndarray, strength: float, family: _Family) -> Terms:
     rows = len(index)
     step = np.diff(v)
     size = np.where(family.wrong(step, factor), np.abs(step), 0)
-    # size^2 / (size + SOFTENING) ~ size. A quadratic in the step with the same derivative lies
+    # size^2 / (size + softening) ~ size. A quadratic in the step with the same derivative lies
     # above it: minimising that never overshoots.
     wrong_way = strength * family.wrong_way / rows
-    half_derivative = wrong_way * (size + 2 * SOFTENING) / (2 * (size + SOFTENING) ** 2)
+    softening = family.softening
+    half_derivative = wrong_way * (size + 2 * softening) / (2 * (size + softening) ** 2)
     root = np.sqrt(half_derivative) * (size > 0)
     second = v[:, 2:] - 2 * v[:, 1:-1] + v[:, :-2]
     rough = np.sqrt(strength * family.roughness / rows)
@@ -203,7 +209,7 @@ def _terms(numbers: np.ndarray, strength: float, family: _Family) -> Terms:
     triple = np.stack([index[:, :-2], index[:, 1:-1], index[:, 2:]], -1)
     parts = (
         (
-            wrong_way * size**2 / (size + SOFTENING),
+            wrong_way * size**2 / (size + softening),
             pair,
             root[..., None] * np.stack([-slope[:, :-1], slope[:, 1:]], -1),
             root * step,

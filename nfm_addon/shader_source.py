@@ -9,9 +9,11 @@ import numpy as np
 
 from ..fitter.base_error import BaseError, base_error
 from ..fitter.base_lobes import BaseLobes, fit_base_lobes
+from ..fitter.factors import Factors
 from ..fitter.model import FactorModel
 from ..fitter.tables import sampling_tables, selection_table, versine_nodes
 from ..osl import generate
+from .errors import ShaderError
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,19 @@ class Surface:
     error: BaseError | None = None
 
 
-def new_surface(model: FactorModel, sampling: str) -> Surface:
-    """Shader that renders the model; sampling is one of generate.SAMPLINGS."""
+def new_surface(model: Factors, sampling: str) -> Surface:
+    """Shader that renders the model; sampling is one of generate.SAMPLINGS.
+
+    Raises
+    ------
+    ShaderError
+        There is no shader for this kind of model.
+    """
+    if not isinstance(model, FactorModel):
+        raise ShaderError(
+            "anisotropic materials can be fitted and evaluated, but not rendered yet; choose an "
+            "isotropic one"
+        )
     tables = sampling_tables(model)
     surface_tables = generate.SurfaceTables(
         diffuse_albedo=_flat(np.pi * model.diffuse),
