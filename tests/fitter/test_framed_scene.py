@@ -79,4 +79,4 @@ def test_slopes_are_the_derivatives_of_the_height():
 def test_cloth_shows_all_view_angles_up_to_grazing():
     cos_o = cloth_scene([texel_map(0, 0)], 64).frames[:, 2, 2]
     assert np.degrees(np.arccos(cos_o.min())) == pytest.approx(65, abs=3)
-    assert np.degrees(np.arccos(cos_o.max())) < 3
+    assert np.degrees(np.arccos(cos_o.max())) < 5
