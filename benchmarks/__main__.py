@@ -4,9 +4,10 @@
 import argparse
 import sys
 
-from . import base, diffuse, edit, exact, fit, noise, render, rgl, sampling, smooth
+from . import aniso, base, diffuse, edit, exact, fit, noise, render, rgl, sampling, smooth
 
 BENCHMARKS = {
+    "aniso": aniso,
     "base": base,
     "diffuse": diffuse,
     "edit": edit,

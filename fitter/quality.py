@@ -42,8 +42,8 @@ QUALITIES = {
     "best": Quality(5, 12, 8, 60, 5, 360, 24, 720),
 }
 ANISOTROPIC_QUALITIES = {
-    "draft": Work(1, 4, 0, 8),
-    "standard": Work(2, 4, 4, 25),
-    "best": Work(3, 8, 8, 60),
+    "draft": Work(1, 4, 0, 10),
+    "standard": Work(1, 4, 0, 36),
+    "best": Work(3, 8, 10, 80),
 }
 DEFAULT_QUALITY = "standard"
