@@ -64,7 +64,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.materials:
         names = arguments.materials.split(",")
     arguments.keep.mkdir(parents=True, exist_ok=True)
-    load_extension()
     addon = f"{load_extension().__name__}.nfm_addon"
     read_linear = import_module(f"{addon}.images").read_linear
     maps = [read_linear(path) for path in shared_data.MAPS.values()]
