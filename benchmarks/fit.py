@@ -192,7 +192,11 @@ def _print_summary(rows: list[dict], quality: str) -> int:
                 f"  {figure:<13} mean {mean:.3f}, largest {max(r[figure] for r in materials):.2f}"
             )
         errors = [row["albedo_error"] for row in materials]
-        print(f"  albedo error  median {statistics.median(errors):.3f}, largest {max(errors):.3f}")
+        print(
+            f"  albedo error  median {statistics.median(errors):.3f}, "
+            f"90 % {np.quantile(errors, 0.9):.3f}, largest {max(errors):.3f}; within 2 %: "
+            f"{sum(error <= 0.02 for error in errors)}"
+        )
         seconds = [row["cpu_seconds"] for row in materials]
         print(f"  CPU seconds   median {statistics.median(seconds):.1f}, most {max(seconds):.1f}")
         checks += [

@@ -7,7 +7,8 @@ that vanishes at grazing under a G that explodes there. The joint steps minimise
 
     log E + disorder
 
-so that a disorder of 1 has to buy a factor of e in E, whatever the material. Disorder is the sum
+so that a disorder of 1 has to buy a factor of e in E, whatever the material. Only the part of E
+that a model can take away counts: `fit.felt_strength`. Disorder is the sum
 over the curves, each with maximum 1, of
 
 - wrong way: by how much F falls with theta_d, G rises with theta, and D moves away from a single

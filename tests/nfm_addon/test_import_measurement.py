@@ -292,6 +292,7 @@ def test_fits_a_merl_file(
         sweeps=4,
         explore_steps=0,
         refine_steps=1,
+        albedo_steps=1,
         coarse_phi_group=15,
         coarse_angles=180,
         polish_steps=1,
