@@ -7,6 +7,8 @@ register, unregister = register_submodule_factory(
     __name__,
     (
         "properties",
+        "preferences",
+        "fitting",
         "operators",
         "panel",
         "command",

@@ -26,6 +26,15 @@ SCRIPT_NODE = "NFM Shader"
 LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
+# Figures of a fit that material.nfm has under the same name.
+FIGURES = (
+    "objective",
+    "iterations",
+    "mean_log_error",
+    "largest_directional_albedo",
+    "studio_psnr",
+)
+
 INT_MAX = 2**31 - 1  # of Blender's properties
 
 
@@ -72,6 +81,40 @@ def update_shader(material: bpy.types.Material) -> None:
     _report_error(material, surface)
 
 
+def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
+    """Give a material another model; what an artist has set stays, and all links.
+
+    Diffuse takes the colour of the new model where it still has that of the old one.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As update_shader; the material is then as it was.
+    """
+    surface = new_surface(fitted.model, material.nfm.sampling.lower())
+    script = find_script_node(material)
+    script_node.fill(script, f"{material.name}.osl", surface.source)
+    socket = script.id_data.interface.items_tree["Diffuse"]
+    before = socket.default_value[:]
+    socket.default_value = (*(np.pi * fitted.model.diffuse), 1.0)
+    diffuse = find_group_node(material).inputs["Diffuse"]
+    if diffuse.default_value[:] == before:
+        diffuse.default_value = socket.default_value
+    _store(material, fitted)
+    _report_error(material, surface)
+
+
+def remove(material: bpy.types.Material) -> None:
+    """Remove a material with its node group and Text, unless others use them."""
+    group = find_group_node(material).node_tree
+    text = group.nodes[SCRIPT_NODE].script
+    bpy.data.materials.remove(material)
+    if group.users == 0:
+        bpy.data.node_groups.remove(group)
+        if text and text.users == 0:
+            bpy.data.texts.remove(text)
+
+
 def change_sampling(material: bpy.types.Material) -> None:
     """Write the shader for the sampling in material.nfm, with that sampling's own Candidates.
 
@@ -104,10 +147,21 @@ def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript
     ShaderError
         There is none any more.
     """
+    return find_group_node(material).node_tree.nodes[SCRIPT_NODE]
+
+
+def find_group_node(material: bpy.types.Material) -> bpy.types.ShaderNodeGroup:
+    """The node of a material that holds its Script node's group.
+
+    Raises
+    ------
+    ShaderError
+        There is none any more.
+    """
     tree = material.node_tree  # None until Blender 5.0, for a material without nodes
     for node in tree.nodes if tree else ():
         if node.type == "GROUP" and node.node_tree and SCRIPT_NODE in node.node_tree.nodes:
-            return node.node_tree.nodes[SCRIPT_NODE]
+            return node
     raise ShaderError(
         f"material {material.name!r} has no {GROUP_NAME} node any more; import it again"
     )
@@ -118,6 +172,7 @@ def _report_error(material: bpy.types.Material, surface: Surface) -> None:
     if surface.error:
         material.nfm.native_error = surface.error.image
         material.nfm.native_psnr = min(surface.error.psnr, 200.0)
+        material.nfm.native_share = max(1 - surface.error.directional, 0.0)
 
 
 def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
@@ -169,18 +224,26 @@ def _new_material(
     output.location = (320, 0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
-    settings = material.nfm
     # before `parameters`: without them its update callback leaves the new shader alone
-    settings.sampling = sampling
+    material.nfm.sampling = sampling
+    _store(material, fitted)
+    return material
+
+
+def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
+    """Keep the model and its figures in material.nfm."""
+    settings = material.nfm
     settings.parameters = parameter_file.dumps(fitted)
     settings.model = parameter_file.MODEL
     if fitted.source:
         settings.source = fitted.source.file_name
         settings.source_format = fitted.source.format
-    for name in ("objective", "iterations", "mean_log_error", "largest_directional_albedo"):
+    settings.quality = str(fitted.fit.get("quality", ""))
+    for name in FIGURES:
         value = fitted.fit.get(name)
         if isinstance(value, (int, float)):
             if name == "iterations":  # a file may say anything
                 value = max(-INT_MAX, min(int(value), INT_MAX))
             setattr(settings, name, value)
-    return material
+        else:
+            settings.property_unset(name)

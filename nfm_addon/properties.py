@@ -47,6 +47,12 @@ SAMPLING_ITEMS = (
 
 DEFAULT_SAMPLING = "NATIVE"
 
+QUALITY_ITEMS = (
+    ("DRAFT", "Draft", "A first look, in about 2 seconds"),
+    ("STANDARD", "Standard", "For most uses, in less than 10 seconds"),
+    ("BEST", "Best", "More starts and steps, in less than 40 seconds; seldom looks different"),
+)
+
 
 def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
     from . import material
@@ -71,6 +77,24 @@ class NFM_PG_material(bpy.types.PropertyGroup):
     source: StringProperty(
         name="Source", description="Name of the measured file, without its folder"
     )
+    source_path: StringProperty(
+        name="Source Path",
+        description="Where the measured file was when it was imported, to fit it again",
+        subtype="FILE_PATH",
+    )
+    slices: StringProperty(
+        name="Slices",
+        description="Values of the measurement in the plane of incidence, to compare with",
+        options={"HIDDEN"},
+    )
+    token: StringProperty(
+        name="Token",
+        description="Says which import of this session the material comes from",
+        options={"HIDDEN"},
+    )
+    quality: StringProperty(
+        name="Quality", description="How long the fit took its time: draft, standard or best"
+    )
     source_format: StringProperty(name="Format", description="Format of the measured file")
     model: StringProperty(name="Model", description="Kind of factor model, such as shared3")
     objective: FloatProperty(
@@ -91,11 +115,24 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         "channels; above 1 the material creates light",
         precision=4,
     )
+    studio_psnr: FloatProperty(
+        name="PSNR",
+        description="Similarity of a picture of the fit and one of the measurement, on a sphere in "
+        "a studio: dB, as displayed; from 45 on hardly anyone sees a difference",
+        precision=1,
+    )
     native_error: FloatProperty(
         name="Native Error",
         description="Error of a picture in native sampling: sum of |difference| to the model's own "
         "over the sum, on a sphere in a studio",
         precision=4,
+    )
+    native_share: FloatProperty(
+        name="Native Share",
+        description="Share of the specular light that the native lobes reflect in the right "
+        "directions",
+        subtype="FACTOR",
+        precision=3,
     )
     native_psnr: FloatProperty(
         name="Native PSNR",

@@ -4,5 +4,5 @@
 from bpy.utils import register_submodule_factory
 
 register, unregister = register_submodule_factory(
-    __name__, ("give_lamps_size", "import_measurement")
+    __name__, ("cancel_fit", "give_lamps_size", "import_measurement", "watch_fits")
 )

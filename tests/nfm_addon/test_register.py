@@ -23,7 +23,7 @@ def state():
         "types": sorted(
             cls.__name__
             for base in (bpy.types.Operator, bpy.types.PropertyGroup, bpy.types.Panel,
-                         bpy.types.Menu, bpy.types.AddonPreferences)
+                         bpy.types.Menu, bpy.types.AddonPreferences, bpy.types.FileHandler)
             for cls in base.__subclasses__()
             if cls.__module__.startswith(name) and cls.is_registered
         ),
@@ -69,19 +69,33 @@ def test_twice_registered_and_unregistered(run_python):
     assert on == on_again == on_at_last
     assert off == off_again
     assert on["types"] == [
+        "NFM_AP_preferences",
+        "NFM_FH_measured_brdf",
+        "NFM_OT_cancel_fit",
         "NFM_OT_give_lamps_size",
         "NFM_OT_import_measurement",
+        "NFM_OT_watch_fits",
         "NFM_PG_material",
         "NFM_PT_material",
     ]
-    assert on["operators"] == ["give_lamps_size", "import_measurement"]
+    assert on["operators"] == [
+        "cancel_fit",
+        "give_lamps_size",
+        "import_measurement",
+        "watch_fits",
+    ]
     assert on["property"] is True
     assert len(on["menu"]) == 1
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
-    assert off["handlers"] == on["handlers"]
+    added = {name: n - off["handlers"][name] for name, n in on["handlers"].items()}
+    assert {name: n for name, n in added.items() if n} == {
+        "load_pre": 2,
+        "undo_post": 1,
+        "redo_post": 1,
+    }
     assert off["path"] == on["path"]
-    assert off["draw functions"] == on["draw functions"] - 1
+    assert off["draw functions"] == on["draw functions"] - 2
 
 
 def test_root_imports_no_blender(run_python):

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the user prefers, in Edit > Preferences > Add-ons."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.utils import register_classes_factory
+
+from .. import __package__ as base_package
+from ..fitter.quality import DEFAULT_QUALITY
+from .properties import QUALITY_ITEMS
+
+
+class NFM_AP_preferences(bpy.types.AddonPreferences):
+    """Preferences of the add-on."""
+
+    bl_idname = base_package
+
+    quality: EnumProperty(
+        name="Default Quality",
+        description="Quality that the import dialog starts with",
+        items=QUALITY_ITEMS,
+        default=DEFAULT_QUALITY.upper(),
+    )
+    library_path: StringProperty(
+        name="Library",
+        description="Folder in which presets are saved; empty: a folder of the add-on",
+        subtype="DIR_PATH",
+    )
+    automatic_set_up: BoolProperty(
+        name="Automatic Render Set-up",
+        description="Switch the scene to Cycles with Open Shading Language when a material is "
+        "imported, and say so; otherwise the panel offers a button",
+        default=False,
+    )
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "quality")
+        layout.prop(self, "library_path", placeholder=str(library_folder_by_default()))
+        layout.prop(self, "automatic_set_up")
+
+
+def preferences_of(context: bpy.types.Context) -> NFM_AP_preferences:
+    """The add-on's preferences."""
+    return context.preferences.addons[base_package].preferences
+
+
+def library_folder(context: bpy.types.Context) -> Path:
+    """Folder of presets, as preferred; it may not exist yet."""
+    chosen = preferences_of(context).library_path
+    return Path(bpy.path.abspath(chosen)) if chosen else library_folder_by_default()
+
+
+def library_folder_by_default() -> Path:
+    """The add-on's own folder among the user's extensions."""
+    return Path(bpy.utils.extension_path_user(base_package, path="presets"))
+
+
+register, unregister = register_classes_factory((NFM_AP_preferences,))
