@@ -9,6 +9,7 @@ register, unregister = register_submodule_factory(
         "properties",
         "preferences",
         "fitting",
+        "completion",
         "operators",
         "panel",
         "command",

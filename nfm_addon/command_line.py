@@ -19,7 +19,7 @@ from ..fitter.fit_file import material_from_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..fitter.progress import Progress
-from . import demo_light, images, material
+from . import demo_light, images, material, script_node
 from .evaluate import evaluate_through_osl
 from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 from .rendering import check_output, render_to_file
@@ -158,6 +158,7 @@ def _render(
     output: Path,
     candidates: int | None = None,
 ) -> None:
+    script_node.require_osl()
     new = material.build(fitted, sampling.upper())
     if candidates is not None:
         material.find_script_node(new).inputs["Candidates"].default_value = candidates

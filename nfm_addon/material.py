@@ -14,7 +14,7 @@ from ..fitter import parameter_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import script_node
+from . import script_node, stand_in
 from .errors import ShaderError
 from .node_trees import empty_tree
 from .properties import DEFAULT_SAMPLING
@@ -22,6 +22,7 @@ from .shader_source import Surface, new_surface
 
 GROUP_NAME = "NFM BRDF"
 SCRIPT_NODE = "NFM Shader"
+CYCLES_OUTPUT, EEVEE_OUTPUT = "Cycles Output", "EEVEE Output"
 
 LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -59,8 +60,10 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         if text:
             bpy.data.texts.remove(text)
         raise
-    _link_group(group)
+    values = stand_in.put(group, fitted.model)
     material = _new_material(fitted, group, sampling)
+    stand_in.show_in_workbench(material, values)
+    _link_shader(material)
     _report_error(material, surface)
     return material
 
@@ -78,7 +81,16 @@ def update_shader(material: bpy.types.Material) -> None:
     model = fitted_material(material).model
     surface = new_surface(model, material.nfm.sampling.lower())
     script_node.fill(find_script_node(material), f"{material.name}.osl", surface.source)
+    _link_shader(material)
     _report_error(material, surface)
+
+
+def needs_compiling(material: bpy.types.Material) -> bool:
+    """Whether a material of ours was made where there was no OSL, and never compiled since."""
+    try:
+        return not find_script_node(material).bytecode
+    except ShaderError:
+        return False
 
 
 def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
@@ -100,6 +112,7 @@ def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     diffuse = find_group_node(material).inputs["Diffuse"]
     if diffuse.default_value[:] == before:
         diffuse.default_value = socket.default_value
+    stand_in.show_in_workbench(material, stand_in.put(script.id_data, fitted.model))
     _store(material, fitted)
     _report_error(material, surface)
 
@@ -124,8 +137,10 @@ def change_sampling(material: bpy.types.Material) -> None:
         As update_shader.
     """
     update_shader(material)
-    candidates = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
-    find_script_node(material).inputs["Candidates"].default_value = candidates
+    candidates = find_script_node(material).inputs.get("Candidates")
+    if candidates:
+        default = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
+        candidates.default_value = default
 
 
 def fitted_material(material: bpy.types.Material) -> FittedMaterial:
@@ -199,16 +214,26 @@ def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
     return group
 
 
-def _link_group(group: bpy.types.ShaderNodeTree) -> None:
-    """Connect the Script node, whose sockets exist only once it is compiled."""
-    nodes = {node.bl_idname: node for node in group.nodes}
-    entry, exit_ = nodes["NodeGroupInput"], nodes["NodeGroupOutput"]
+def _link_shader(material: bpy.types.Material) -> None:
+    """Connect what Cycles renders: the Script node, or the stand-in where there is no OSL.
+
+    The Script node's sockets exist only once it is compiled.
+    """
+    node = find_group_node(material)
+    group = node.node_tree
     script = group.nodes[SCRIPT_NODE]
-    for name in ("Diffuse", *LOBE_SOCKETS, "Normal"):
-        group.links.new(entry.outputs[name], script.inputs[name])
-    group.links.new(script.outputs["BSDF"], exit_.inputs["BSDF"])
-    for socket in (*script.inputs, *script.outputs):
-        socket.hide = not socket.is_linked
+    if script.bytecode and not any(socket.is_linked for socket in script.outputs):
+        nodes = {node.bl_idname: node for node in group.nodes}
+        entry, exit_ = nodes["NodeGroupInput"], nodes["NodeGroupOutput"]
+        for name in ("Diffuse", *LOBE_SOCKETS, "Normal"):
+            group.links.new(entry.outputs[name], script.inputs[name])
+        group.links.new(script.outputs["BSDF"], exit_.inputs["BSDF"])
+        for socket in (*script.inputs, *script.outputs):
+            socket.hide = not socket.is_linked
+    output = material.node_tree.nodes.get(CYCLES_OUTPUT)
+    if output:
+        shown = "BSDF" if script.bytecode else stand_in.OUTPUT
+        material.node_tree.links.new(node.outputs[shown], output.inputs["Surface"])
 
 
 def _new_material(
@@ -220,9 +245,12 @@ def _new_material(
     node.node_tree = group
     node.name = node.label = GROUP_NAME
     node.width = 200
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (320, 0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    for row, (target, name) in enumerate((("CYCLES", CYCLES_OUTPUT), ("EEVEE", EEVEE_OUTPUT))):
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+        output.name = output.label = name
+        output.target = target
+        output.location = (320, -160 * row)
+    tree.links.new(node.outputs[stand_in.OUTPUT], output.inputs["Surface"])
 
     # before `parameters`: without them its update callback leaves the new shader alone
     material.nfm.sampling = sampling
