@@ -11,6 +11,7 @@ register, unregister = register_submodule_factory(
         "fitting",
         "completion",
         "operators",
+        "plot_icons",
         "panel",
         "command",
     ),

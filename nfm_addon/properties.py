@@ -8,7 +8,14 @@ so a material can be edited where its measured file is not at hand.
 from __future__ import annotations
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolVectorProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 from bpy.utils import register_classes_factory
 
 from ..fitter.errors import NfmError
@@ -64,6 +71,19 @@ def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) ->
     except NfmError as error:
         # an update callback cannot report; the shader stays as it was
         print(f"nfm: {error}")  # noqa: T201
+
+
+def _lobes_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
+    from . import lobes, material
+
+    if not settings.parameters:
+        return
+    try:
+        group = material.find_group_node(settings.id_data).node_tree
+    except NfmError as error:
+        print(f"nfm: {error}")  # noqa: T201
+        return
+    lobes.show(group, lobes.audible(settings.mute, settings.solo))
 
 
 class NFM_PG_material(bpy.types.PropertyGroup):
@@ -138,6 +158,18 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         name="Native PSNR",
         description="The same picture's PSNR against the model's own, dB, as displayed",
         precision=1,
+    )
+    mute: BoolVectorProperty(
+        name="Mute",
+        description="Leave this lobe out; its scale is kept",
+        size=3,
+        update=_lobes_changed,
+    )
+    solo: BoolVectorProperty(
+        name="Solo",
+        description="Show this lobe and the diffuse part only, and others on solo",
+        size=3,
+        update=_lobes_changed,
     )
     sampling: EnumProperty(
         name="Sampling",

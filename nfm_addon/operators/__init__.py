@@ -4,5 +4,16 @@
 from bpy.utils import register_submodule_factory
 
 register, unregister = register_submodule_factory(
-    __name__, ("cancel_fit", "give_lamps_size", "import_measurement", "watch_fits")
+    __name__,
+    (
+        "cancel_fit",
+        "export_parameters",
+        "give_lamps_size",
+        "import_measurement",
+        "presets",
+        "refit",
+        "reset_material",
+        "set_up_render",
+        "watch_fits",
+    ),
 )

@@ -1,6 +1,5 @@
 """What engines without OSL show."""
 
-import numpy as np
 import pytest
 
 from fitter.parameter_file import FittedMaterial
