@@ -15,13 +15,11 @@ from __future__ import annotations
 
 import argparse
 import statistics
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from fitter import fit, merl, weights
+from fitter import fit, weights
 from fitter.geometry import HALF_PI, merl_bins
 from fitter.measurement import Measurement
 from fitter.metrics import tabulate
@@ -51,10 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     gains = []
     print(f"{'material':<28}{'Lambert':>9}{'Ashikhmin':>11}{'gain dB':>9}{'E ratio':>9}")
     for name in arguments.materials.split(","):
-        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
-            path = Path(folder, f"{name}.binary")
-            shared_data.write_material(name, path)
-            measurement = merl.read(path)
+        measurement = shared_data.read_material(name)
         reference = scene.render(np.where(measurement.valid[..., None], measurement.f_r, 0))
         lambert = fit.fit(measurement, quality=arguments.quality)
         ashikhmin = fit.fit(

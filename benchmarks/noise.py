@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import argparse
 import statistics
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from fitter import fit, merl
+from fitter import fit
 from fitter.measurement import Measurement
 from fitter.metrics import tabulate
 from fitter.quality import DEFAULT_QUALITY, QUALITIES
@@ -57,10 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     losses = []
     print(f"{'material':<28}{'clean':>8}{'noisy':>8}{'loss dB':>9}")
     for name in arguments.materials.split(","):
-        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
-            path = Path(folder, f"{name}.binary")
-            shared_data.write_material(name, path)
-            clean = merl.read(path)
+        clean = shared_data.read_material(name)
         noisy = with_noise(clean, arguments.noise, arguments.missing, np.random.default_rng(0))
         reference = scene.render(np.where(clean.valid[..., None], clean.f_r, 0))
         psnr = []

@@ -2,7 +2,7 @@
 """Noise, speed and error of every sampling in Cycles, beside a matched Principled BSDF.
 
 The standard sphere (with --ground above a grey plane) under five lights. Every sampling of the
-add-on and the Principled BSDF that principled.py matches to the material render the same scene
+add-on and the Principled BSDF that principled_node.py matches to the material render the same scene
 with the same samples; noise.py says what is made of the pictures. Pixels are those inside the
 sphere. Seconds are CPU seconds on one thread, less those of a picture with one sample, from all
 pictures of a sampling, for a picture of --samples. The error is that of the mean of all pictures
@@ -25,7 +25,7 @@ from fitter import parameter_file
 from fitter.errors import NfmError
 from runner.blender import load_extension
 
-from . import principled, render_report, shared_data
+from . import principled_node, render_report, shared_data
 from .expected import Blocks, expected_picture, source_of
 from .lights import LIGHTS, Light, add_lamp
 from .picture_noise import image_error, noise_of
@@ -89,12 +89,14 @@ def run(arguments: argparse.Namespace) -> int:
     rows, matches = [], {}
     for name in names:
         fitted = shared_data.fitted_material(name, arguments.fits)
-        matched = principled.match(fitted.model.f_r, metal=render_report.class_of(name) == "metal")
+        matched = principled_node.match(
+            fitted.model.f_r, metal=render_report.class_of(name) == "metal"
+        )
         matches[name] = asdict(matched)
         print(f"\n{name} ({render_report.class_of(name)}): Principled {_described(matched)}")
         print(render_report.HEADER)
         build = import_module(f"{addon}.material").build
-        surfaces = {PRINCIPLED: principled.build(matched)}
+        surfaces = {PRINCIPLED: principled_node.build(matched)}
         surfaces |= {sampling: build(fitted, sampling.upper()) for sampling in samplings}
         for light in lights:
             rows += _compare(stages[light.name], name, fitted, surfaces, arguments)
@@ -163,13 +165,15 @@ def _compare(
         print(render_report.row_line(row), flush=True)
         shown.append((pictures[0], converged))
     if arguments.pictures:
-        _save_pictures(arguments.pictures / f"{name}-{stage.light.name}.png", shown)
+        path = arguments.pictures / f"{name}-{stage.light.name}.png"
+        stage.images.write_picture(path, _contact_sheet(shown))
     return rows
 
 
 class Stage:
     """The sphere under one light; renders any material on it.
 
+    images : the add-on's module of that name
     inside : (resolution, resolution) pixels of the sphere
     source, blocks : the same light and picture for expected.py
     """
@@ -179,7 +183,7 @@ class Stage:
 
         self.light = light
         self._rendering = import_module(f"{addon}.rendering")
-        self._images = import_module(f"{addon}.images")
+        self.images = import_module(f"{addon}.images")
         sphere = import_module(f"{addon}.standard_sphere")
         view = sphere.SphereView(resolution=arguments.resolution, environment=light.environment)
         self._scene = sphere.build_scene(bpy.data.materials.new("placeholder"), view)
@@ -204,7 +208,7 @@ class Stage:
         x, z = np.meshgrid(middle, -middle)
         self._whole = np.hypot(np.abs(x) + side / 2, np.abs(z) + side / 2) < INSIDE
         self.blocks = Blocks(x[self._whole], z[self._whole], side)
-        image = self._images.read_linear(light.environment) if light.environment else None
+        image = self.images.read_linear(light.environment) if light.environment else None
         self.source = source_of(light, image)
 
     def render(self, material: object, samples: int, seed: int) -> tuple[np.ndarray, float]:
@@ -217,7 +221,7 @@ class Stage:
             start = time.process_time()
             self._rendering.render_to_file(self._scene, picture)
             seconds = time.process_time() - start
-            return self._images.read_linear(picture).astype(np.float64), seconds
+            return self.images.read_linear(picture).astype(np.float64), seconds
 
     def block_means(self, picture: np.ndarray) -> np.ndarray:
         """Means (n, 3) of a picture over the blocks."""
@@ -233,26 +237,15 @@ def _add_ground(scene: object) -> None:
     mesh = bpy.data.meshes.new("Ground")
     corners = [(-4, -4, -1), (4, -4, -1), (4, 4, -1), (-4, 4, -1)]
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
-    grey = principled.Principled(0.0, 1.0, (0.5,) * 3, 1.0, (1.0,) * 3, 0.0)
-    mesh.materials.append(principled.build(grey))
+    grey = principled_node.Inputs(0.0, 1.0, (0.5,) * 3, 1.0, (1.0,) * 3, 0.0)
+    mesh.materials.append(principled_node.build(grey))
     scene.collection.objects.link(bpy.data.objects.new("Ground", mesh))
 
 
-def _save_pictures(path: Path, shown: list[tuple[np.ndarray, np.ndarray]]) -> None:
+def _contact_sheet(shown: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Upper row one seed, lower row converged; each column exposed by its converged mean."""
-    import bpy
-
     columns = [np.concatenate(pair) * (DISPLAY_MEAN / max(pair[1].mean(), 1e-6)) for pair in shown]
-    pixels = np.clip(np.concatenate(columns, axis=1), 0, 1) ** (1 / 2.2)
-    height, width = pixels.shape[:2]
-    image = bpy.data.images.new("picture", width, height)
-    rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :3] = pixels[::-1]
-    image.pixels.foreach_set(rgba.ravel())
-    image.file_format = "PNG"
-    image.filepath_raw = str(path)
-    image.save()
-    bpy.data.images.remove(image)
+    return np.concatenate(columns, axis=1)
 
 
 def _chosen(text: str | None, known: list[str], what: str) -> list[str]:
@@ -265,7 +258,7 @@ def _chosen(text: str | None, known: list[str], what: str) -> list[str]:
     return chosen
 
 
-def _described(matched: principled.Principled) -> str:
+def _described(matched: principled_node.Inputs) -> str:
     if matched.metallic:
         look = f"metallic, F0 {np.mean(matched.base_color):.3f}"
     else:

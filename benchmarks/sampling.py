@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import fit_file
 from runner.blender import load_extension
 
 from . import shared_data
@@ -48,10 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     missed = 0
     for name in arguments.materials.split(","):
-        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
-            measured = Path(folder, f"{name}.binary")
-            shared_data.write_material(name, measured)
-            fitted = fit_file.material_from_file(measured)
+        fitted = shared_data.fitted_material(name, None)
         render = Renderer(addon, arguments.resolution)
         surface = {s: material.build(fitted, s.upper()) for s in ("reference", "cosine")}
         converged = render(surface["reference"], arguments.converged_samples, seed=1000)

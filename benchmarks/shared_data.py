@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import fit_file, parameter_file
+from fitter import fit_file, parameter_file, readers
 from fitter.errors import NfmError
+from fitter.measurement import Measurement
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 MAKE_MERL = SHARED / "tools" / "make_merl.py"
@@ -45,15 +46,20 @@ def write_material(name: str, path: Path) -> None:
     )
 
 
+def read_material(name: str) -> Measurement:
+    """One of them, read."""
+    with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
+        path = Path(folder, f"{name}.binary")
+        write_material(name, path)
+        return readers.read(path)
+
+
 def fitted_material(name: str, folder: Path | None) -> parameter_file.FittedMaterial:
     """The fit of a shared material, from the folder if it is there."""
     kept = folder and folder / f"{name}{parameter_file.SUFFIX}"
     if kept and kept.is_file():
         return parameter_file.load(kept)
-    with tempfile.TemporaryDirectory(prefix="nfm-bench-") as scratch:
-        measured = Path(scratch, f"{name}.binary")
-        write_material(name, measured)
-        fitted = fit_file.material_from_file(measured)
+    fitted = fit_file.fit_measurement(read_material(name))
     if kept:
         parameter_file.save(kept, fitted)
     return fitted

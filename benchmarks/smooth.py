@@ -14,21 +14,24 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter.base_error import N_AZIMUTHS, N_RINGS, POINTS
+from fitter.base_error import N_AZIMUTHS, N_RINGS, sphere_rings
 from fitter.base_lobes import BaseLobes, fit_base_lobes
 from fitter.geometry import normalized
 from fitter.model import FactorModel
-from fitter.quadrature import ViewQuadrature, view_quadrature
+from fitter.quadrature import ViewQuadrature
 from fitter.sphere import rendered_psnr
 from fitter.tables import lobe_albedo, sampling_tables, versine_nodes
-from osl.generate import KERNELS_PER_DIRECTION
+from osl.generate import (
+    COSINE_SHARE,
+    KERNELS_PER_DIRECTION,
+    LARGEST_EXPONENT,
+    UNIFORM_SHARE,
+)
 
 from . import shared_data
 from .base import map_light
 from .fit import environment_maps
 
-# osl/residual_lobe.osl.in
-COSINE_SHARE, UNIFORM_SHARE, LARGEST_EXPONENT = 0.2, 0.1, 1e5
 DIRECTIONS = 6  # of each kernel
 LIMIT = 0.005
 SAMPLINGS = ("native", "smooth", "exact")
@@ -61,37 +64,59 @@ def run(arguments: argparse.Namespace) -> int:
 def errors(model: FactorModel, base: BaseLobes, light: object) -> list[tuple[float, float]]:
     """Image L1 and PSNR of each of SAMPLINGS."""
     rng = np.random.default_rng(0)
-    pictures = np.zeros((len(SAMPLINGS) + 1, N_RINGS, N_AZIMUTHS, 3))
-    for ring in range(N_RINGS):
-        theta = float(np.arcsin(np.sqrt((ring + 0.5) / N_RINGS)))
-        view = view_quadrature(theta, *POINTS)
-        wo = np.broadcast_to(view.wo, view.wi.shape)
-        diffuse = model.diffuse * view.wi[:, 2:]
-        exact = model.lobe_values(view.wi, wo).sum(0) * view.wi[:, 2:] + diffuse
-        native = base.value(view.wi, view.wo) + diffuse
-        density = _density(model, view)
-        weight = view.solid_angle[:, None] / 2  # the quadrature holds half of the directions
-        for step in range(N_AZIMUTHS):
-            frame = _frame(theta, (step + ring % 2 / 2) / N_AZIMUTHS * 2 * np.pi)
+    pictures = np.zeros((len(SAMPLINGS) + 1, N_RINGS, N_AZIMUTHS, 3))  # the model's is the last
+    for index, ring in enumerate(sphere_rings()):
+        values = _values(model, base, ring.view)
+        exponents = _exponents(model, ring.view)
+        weight = ring.view.solid_angle[:, None] / 2  # the quadrature holds half of the directions
+        for step, frame in enumerate(ring.frames):
             for side in (1, -1):
-                wi = view.wi * [1, side, 1]
-                sharp = light(wi @ frame)
-                pictures[-1, ring, step] += (sharp * exact * weight).sum(0)
-                pictures[0, ring, step] += (sharp * native * weight).sum(0)
-                for index, sampling in enumerate(SAMPLINGS[1:], 1):
-                    share = KERNELS_PER_DIRECTION[sampling] * 2 * np.pi
-                    exponent = np.minimum(
-                        share * np.maximum(density, 0.5 / np.pi), LARGEST_EXPONENT
-                    )
-                    blurred = _blurred(light, wi, exponent, frame, rng)
-                    value = sharp * native + blurred * (exact - native)
-                    pictures[index, ring, step] += (value * weight).sum(0)
-    reference = pictures[-1].reshape(1, -1, 3)
-    out = []
-    for picture in pictures[:-1].reshape(len(SAMPLINGS), 1, -1, 3):
-        difference = float(np.abs(picture - reference).sum() / reference.sum())
-        out.append((difference, float(rendered_psnr(picture, reference)[0])))
-    return out
+                wi = ring.view.wi * [1, side, 1]
+                reflected = _reflected(light, wi, frame, values, exponents, rng)
+                pictures[:, index, step] += [(picture * weight).sum(0) for picture in reflected]
+    *pictures, reference = pictures.reshape(len(pictures), 1, -1, 3)
+    return [
+        (
+            float(np.abs(picture - reference).sum() / reference.sum()),
+            float(rendered_psnr(picture, reference)[0]),
+        )
+        for picture in pictures
+    ]
+
+
+def _values(
+    model: FactorModel, base: BaseLobes, view: ViewQuadrature
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values f cos(theta_i) (n, 3), 1/sr, of the model and of native sampling."""
+    diffuse = model.diffuse * view.wi[:, 2:]
+    wo = np.broadcast_to(view.wo, view.wi.shape)
+    exact = model.lobe_values(view.wi, wo).sum(0) * view.wi[:, 2:]
+    return exact + diffuse, base.value(view.wi, view.wo) + diffuse
+
+
+def _exponents(model: FactorModel, view: ViewQuadrature) -> list[np.ndarray]:
+    """Exponents (n,) of the kernels of smooth and exact sampling at each direction."""
+    density = np.maximum(_density(model, view), 0.5 / np.pi)
+    return [
+        np.minimum(KERNELS_PER_DIRECTION[sampling] * 2 * np.pi * density, LARGEST_EXPONENT)
+        for sampling in SAMPLINGS[1:]
+    ]
+
+
+def _reflected(
+    light: object,
+    wi: np.ndarray,
+    frame: np.ndarray,
+    values: tuple[np.ndarray, np.ndarray],
+    exponents: list[np.ndarray],
+    rng: np.random.Generator,
+) -> list[np.ndarray]:
+    """Light (n, 3) from wi (n, 3) that each of SAMPLINGS, and then the model, sends on."""
+    exact, native = values
+    sharp = light(wi @ frame)
+    blurred = [_blurred(light, wi, exponent, frame, rng) for exponent in exponents]
+    residual = exact - native
+    return [sharp * native, *(sharp * native + b * residual for b in blurred), sharp * exact]
 
 
 def _density(model: FactorModel, view: ViewQuadrature) -> np.ndarray:
@@ -127,12 +152,3 @@ def _blurred(
         drawn = wi * cosine[:, None] + across * np.sqrt(1 - cosine**2)[:, None]
         total += light(drawn @ frame) * (drawn[:, 2:] > 0)
     return total / DIRECTIONS
-
-
-def _frame(theta: float, azimuth: float) -> np.ndarray:
-    """Rows tangent, bitangent, normal of a point of the sphere, seen along -z."""
-    normal = np.array(
-        [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
-    )
-    tangent = normalized(np.array([0, 0, 1.0]) - normal * np.cos(theta))
-    return np.stack([tangent, np.cross(normal, tangent), normal])

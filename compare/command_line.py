@@ -40,7 +40,7 @@ def main(argv: Sequence[str]) -> int:
         description="Fit our model and three others to each file, and write a report with a table "
         "and pictures. What is finished is kept in DIR and not fitted again.",
     )
-    parser.add_argument("files", metavar="FILE", nargs="+", type=Path, help="a MERL .binary file")
+    parser.add_argument("files", metavar="FILE", nargs="+", type=Path, help=readers.EXPECTED)
     parser.add_argument("--report", metavar="DIR", type=Path, required=True)
     parser.add_argument(
         "--env",

@@ -41,24 +41,9 @@ def main() -> None:
             scene = sphere.build_scene(material.build(fitted), view)
             rendering.render_to_file(scene, picture)
             pictures.append(images.read_linear(picture))
-    save_png(np.concatenate(pictures, axis=1), CHECKOUT / "docs" / "images" / "standard_sphere.png")
-
-
-def save_png(linear: np.ndarray, path: Path) -> None:
-    """Write linear pixels (h, w, 3) as an sRGB PNG."""
-    import bpy
-
-    linear = np.clip(linear, 0, 1)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    height, width = linear.shape[:2]
-    image = bpy.data.images.new("picture", width, height)
-    rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :3] = encoded[::-1]
-    image.pixels.foreach_set(rgba.ravel())
-    image.file_format = "PNG"
-    image.filepath_raw = str(path)
+    path = CHECKOUT / "docs" / "images" / "standard_sphere.png"
     path.parent.mkdir(exist_ok=True)
-    image.save()
+    images.write_picture(path, np.concatenate(pictures, axis=1))
 
 
 main()

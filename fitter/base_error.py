@@ -28,6 +28,8 @@ N_RINGS = 16
 N_AZIMUTHS = 8
 POINTS = (96, 16)
 
+LARGEST_PSNR = 200.0  # dB, stands for no error at all
+
 
 @dataclass(frozen=True)
 class BaseError:
@@ -42,6 +44,14 @@ class BaseError:
     directional: float
     image: float
     psnr: float
+
+    def figures(self) -> dict[str, float]:
+        """The figures by the names that reports and materials have for them, all finite."""
+        return {
+            "native_error": self.image,
+            "native_directional_error": self.directional,
+            "native_psnr": min(self.psnr, LARGEST_PSNR),
+        }
 
 
 def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) -> BaseError:
@@ -69,7 +79,7 @@ def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) 
 
 
 def studio_psnr(model: FactorModel, measurement: Measurement) -> float:
-    """PSNR in dB, at most 200, of the same picture of a model against that of the data.
+    """PSNR in dB, at most LARGEST_PSNR, of the same picture of a model against that of the data.
 
     Bins without a measurement are left out of both.
     """
@@ -85,7 +95,7 @@ def studio_psnr(model: FactorModel, measurement: Measurement) -> float:
         ):
             picture[0, ring] = np.einsum("anc,nc->ac", weighted_light, f_r * cos_i)
     fitted, measured = pictures.reshape(2, 1, -1, 3)
-    return min(float(rendered_psnr(fitted, measured)[0]), 200.0)
+    return min(float(rendered_psnr(fitted, measured)[0]), LARGEST_PSNR)
 
 
 def studio(directions: np.ndarray) -> np.ndarray:
@@ -105,29 +115,46 @@ def disc(
     return np.clip((degrees + softness - angle) / (2 * softness), 0, 1)[..., None]
 
 
+@dataclass(frozen=True)
+class Ring:
+    """Points of the sphere that are seen at the same angle.
+
+    view : directions in the frame of each point, which serve them all
+    frames : (azimuths, 3, 3) rows tangent, bitangent and normal; the sphere is seen along -z
+    """
+
+    view: ViewQuadrature
+    frames: np.ndarray
+
+
+def sphere_rings(n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS) -> list[Ring]:
+    """The points of the picture, ring by ring; those of every other ring stand between."""
+    rings = []
+    for ring in range(n_rings):
+        theta = float(np.arcsin(np.sqrt((ring + 0.5) / n_rings)))
+        azimuths = (np.arange(n_azimuths) + ring % 2 / 2) / n_azimuths * 2 * np.pi
+        frames = np.array([_frame(theta, azimuth) for azimuth in azimuths])
+        rings.append(Ring(view_quadrature(theta, *POINTS), frames))
+    return rings
+
+
+def _frame(theta: float, azimuth: float) -> np.ndarray:
+    normal = np.array(
+        [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
+    )
+    tangent = normalized(np.array([0, 0, 1.0]) - normal * np.cos(theta))
+    return np.stack([tangent, np.cross(normal, tangent), normal])
+
+
 @lru_cache(maxsize=2)
 def sphere_views(
     light: Light, n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS
 ) -> list[tuple[ViewQuadrature, np.ndarray]]:
-    """For every ring its directions, and light times solid angle (azimuths, n, 3) at them.
-
-    The points of every second ring are turned by half a step.
-    """
+    """For every ring its directions, and light times solid angle (azimuths, n, 3) at them."""
     scene = []
-    for ring in range(n_rings):
-        theta = float(np.arcsin(np.sqrt((ring + 0.5) / n_rings)))
-        view = view_quadrature(theta, *POINTS)
-        rows = []
-        for step in range(n_azimuths):
-            azimuth = (step + ring % 2 / 2) / n_azimuths * 2 * np.pi
-            normal = np.array(
-                [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
-            )
-            tangent = normalized(np.array([0, 0, 1.0]) - normal * np.cos(theta))
-            frame = np.stack([tangent, np.cross(normal, tangent), normal])
-            # the quadrature holds half of the directions
-            mirrored = view.wi * [1, -1, 1]
-            radiance = (light(view.wi @ frame) + light(mirrored @ frame)) / 2
-            rows.append(radiance * view.solid_angle[:, None])
-        scene.append((view, np.array(rows)))
+    for ring in sphere_rings(n_rings, n_azimuths):
+        # the quadrature holds half of the directions
+        mirrored = ring.view.wi * [1, -1, 1]
+        radiance = [(light(ring.view.wi @ f) + light(mirrored @ f)) / 2 for f in ring.frames]
+        scene.append((ring.view, np.array(radiance) * ring.view.solid_angle[:, None]))
     return scene

@@ -22,7 +22,7 @@ import numpy as np
 
 from .closures import Closure
 from .model import FactorModel
-from .nnls import solve_partly_nonnegative
+from .nnls import PartlyNonnegative, solve_partly_nonnegative
 from .quadrature import ViewQuadrature, view_quadrature
 
 N_CLOSURES = 10
@@ -139,13 +139,14 @@ def fit_base_lobes(model: FactorModel, closures: Sequence[Closure] | None = None
     """
     closures = tuple(closures or select_closures(model, N_CLOSURES))
     signed = _signed_columns(closures)
-    weights, picking = [], []
-    for view, columns in zip(*_dictionary(closures, tuple(VIEW_ANGLES), *FIT_POINTS), strict=True):
-        system = _NormalEquations(model, closures, view, columns)
-        solution = system.solve_lobes(~signed)
-        weights.append(solution)
-        picking.append(_picking(system, closures, solution))
-    return BaseLobes(closures, VIEW_ANGLES, np.array(weights), np.array(picking))
+    systems = [
+        _NormalEquations(model, closures, view, columns)
+        for view, columns in zip(
+            *_dictionary(closures, tuple(VIEW_ANGLES), *FIT_POINTS), strict=True
+        )
+    ]
+    weights = _solve_lobes(systems, ~signed)
+    return BaseLobes(closures, VIEW_ANGLES, weights, _picking(systems, closures, weights))
 
 
 def select_closures(model: FactorModel, count: int) -> tuple[Closure, ...]:
@@ -206,7 +207,7 @@ class _NormalEquations:
         weighted = scaled * self.weight
         self.matrix = weighted @ scaled.T
         self.matrix[np.diag_indices_from(self.matrix)] += RIDGE**2
-        self.right = np.einsum("kn,lnc->lck", weighted, self.lobes)  # (lobes, 3, columns)
+        self.right = (weighted @ self.lobes).swapaxes(1, 2)  # (lobes, 3, columns)
 
     def solve_sum(self, nonnegative: np.ndarray, active: np.ndarray) -> np.ndarray:
         """Scaled solution (3, columns) for the sum of the lobes, 0 where not active."""
@@ -218,25 +219,24 @@ class _NormalEquations:
             )
         return out
 
-    def solve_lobes(self, nonnegative: np.ndarray) -> np.ndarray:
-        """Weights (lobes, 3, columns); see the module's docstring.
 
-        Minimises, lobe after lobe, OWN_SHARE |B x_l - y_l|^2 + |B sum x - sum y|^2.
-        """
-        x = np.zeros(self.right.shape)
-        for lobe, channel in np.ndindex(x.shape[:2]):
-            x[lobe, channel] = solve_partly_nonnegative(
-                self.matrix, self.right[lobe, channel], nonnegative
-            )
-        total = self.right.sum(0)
-        for _ in range(SWEEPS):
-            for lobe, channel in np.ndindex(x.shape[:2]):
-                others = x[:, channel].sum(0) - x[lobe, channel]
-                right = OWN_SHARE * self.right[lobe, channel] + total[channel]
-                x[lobe, channel] = solve_partly_nonnegative(
-                    (1 + OWN_SHARE) * self.matrix, right - self.matrix @ others, nonnegative
-                )
-        return x * self.scale
+def _solve_lobes(systems: list[_NormalEquations], nonnegative: np.ndarray) -> np.ndarray:
+    """Weights (views, lobes, 3, columns); see the module's docstring.
+
+    Minimises, lobe after lobe, OWN_SHARE |B x_l - y_l|^2 + |B sum x - sum y|^2.
+    """
+    matrix = np.stack([system.matrix for system in systems])
+    right = np.stack([system.right for system in systems])
+    problems = PartlyNonnegative(matrix, nonnegative)
+    views, lobes, _, columns = right.shape
+    x = problems.solve(right.reshape(views, -1, columns)).reshape(right.shape)
+    total = right.sum(1)
+    for _ in range(SWEEPS):
+        for lobe in range(lobes):
+            others = x.sum(1) - x[:, lobe]
+            aim = OWN_SHARE * right[:, lobe] + total - others @ matrix
+            x[:, lobe] = problems.solve(aim / (1 + OWN_SHARE), start=x[:, lobe])
+    return x * np.stack([system.scale for system in systems])[:, None, None]
 
 
 def _gains(system: _NormalEquations, solution: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -273,30 +273,37 @@ def _by_width() -> list[tuple[int, np.ndarray, np.ndarray]]:
 
 
 def _picking(
-    system: _NormalEquations, closures: tuple[Closure, ...], weights: np.ndarray
+    systems: list[_NormalEquations], closures: tuple[Closure, ...], weights: np.ndarray
 ) -> np.ndarray:
-    """Picking weights (lobes, closures): ramps cover what the microfacet closures leave.
+    """Picking weights (views, lobes, closures): ramps cover what microfacet closures leave.
 
     Cycles picks a direction from the mixture of its closures' densities. For a ramp the density is
     free of its colours, so its share is fitted: mixture of densities = mean value of the channels.
     """
     ramps = [i for i, closure in enumerate(closures) if closure.signed]
-    picking = np.zeros((len(weights), len(closures)))
+    picking = np.zeros((*weights.shape[:2], len(closures)))
     if not ramps:
         return picking
-    view = system.view
-    densities = np.stack([closures[i].density(view.wi, view.wo) for i in ramps])
-    norm = 1 / np.sqrt((densities**2 * system.weight).sum(1) + 1e-30)
-    scaled = densities * norm[:, None]
-    matrix = (scaled * system.weight) @ scaled.T + RIDGE**2 * np.eye(len(ramps))
     microfacet = ~_signed_columns(closures)
-    for lobe, x in enumerate(weights):
-        covered = x[:, microfacet].mean(0) @ system.columns[microfacet]
-        missing = system.lobes[lobe].mean(-1) - covered
-        right = (scaled * system.weight) @ missing
-        share = solve_partly_nonnegative(matrix, right, np.ones(len(ramps), bool)) * norm
-        picking[lobe, ramps] = share
+    matrices, rights, norms = [], [], []
+    for system, x, densities in zip(systems, weights, _ramp_densities(closures), strict=True):
+        norm = 1 / np.sqrt((densities**2 * system.weight).sum(1) + 1e-30)
+        scaled = densities * norm[:, None]
+        weighted = scaled * system.weight
+        matrices.append(weighted @ scaled.T + RIDGE**2 * np.eye(len(ramps)))
+        covered = x[:, :, microfacet].mean(1) @ system.columns[microfacet]
+        rights.append((system.lobes.mean(-1) - covered) @ weighted.T)
+        norms.append(norm)
+    problems = PartlyNonnegative(np.array(matrices), np.ones(len(ramps), bool))
+    picking[:, :, ramps] = problems.solve(np.array(rights)) * np.array(norms)[:, None]
     return picking
+
+
+@lru_cache(maxsize=4)
+def _ramp_densities(closures: tuple[Closure, ...]) -> list[np.ndarray]:
+    """Densities (ramps, n) of the ramp closures at each view angle of the table."""
+    views, _ = _dictionary(closures, tuple(VIEW_ANGLES), *FIT_POINTS)
+    return [np.stack([c.density(v.wi, v.wo) for c in closures if c.signed]) for v in views]
 
 
 def _signed_columns(closures: Sequence[Closure]) -> np.ndarray:

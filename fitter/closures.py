@@ -14,7 +14,9 @@ A closure's value is f cos(theta_i), as Cycles evaluates it, for unit directions
 tests/render/test_closures.py renders each of them and compares.
 
 Sources: Cycles, kernel/closure/bsdf_microfacet.h, bsdf_phong_ramp.h and bsdf_diffuse_ramp.h; Heitz
-2014, "Understanding the masking-shadowing function" (height-correlated Smith term, eq. 99).
+2014, "Understanding the masking-shadowing function" (height-correlated Smith term, eq. 99); Heitz
+and d'Eon 2014, "Importance sampling microfacet-based BSDFs using the distribution of visible
+normals".
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ from .geometry import HALF_PI
 
 RAMP_COLOURS = 8
 SCHLICK_EXPONENT = 5
+
+LEAST_COSINE = 1e-9  # to divide by
 
 
 @dataclass(frozen=True)
@@ -68,12 +72,18 @@ class Closure:
         return np.stack([value * (1 - rise), value * rise])
 
     def density(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """Density (n,), 1/sr, with which Cycles samples wi from a ramp closure."""
+        """Density (n,), 1/sr, with which Cycles samples wi from the closure; 0 below the horizon.
+
+        Microfacets are sampled by the normals that wo sees (Heitz and d'Eon 2014): the density of h
+        is D (h . wo) / (cos_o (1 + lambda_o)), that of wi is it over 4 (h . wo).
+        """
         if self.kind == "diffuse_ramp":
             return np.maximum(wi[:, 2], 0) / np.pi
         if self.kind == "phong_ramp":
             return self._phong(wi, wo)[0] * (self.parameter + 1) / (2 * np.pi)
-        raise NotImplementedError(self.kind)
+        ndf, cos_o = _ndf(self.kind, self.parameter, wi + wo), max(wo[2], LEAST_COSINE)
+        visible = 1 / (1 + _smith_lambda(self.kind, self.parameter, cos_o))
+        return np.where(wi[:, 2] > 0, ndf * visible / (4 * cos_o), 0)
 
     def tilt(self, theta_o: float) -> float:
         """Angle of the closure's normal from the surface's, radians, positive towards wo."""
@@ -101,17 +111,19 @@ def _cos_d(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 
 def _microfacet(kind: str, alpha: float, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """D G / (4 cos_o), the microfacet model without Fresnel, times cos_i; 0 below the horizon."""
-    h = wi + wo
+    cos_i, cos_o = np.maximum(wi[:, 2], LEAST_COSINE), max(wo[2], LEAST_COSINE)
+    masking = 1 / (1 + _smith_lambda(kind, alpha, cos_i) + _smith_lambda(kind, alpha, cos_o))
+    return np.where(wi[:, 2] > 0, _ndf(kind, alpha, wi + wo) * masking / (4 * cos_o), 0)
+
+
+def _ndf(kind: str, alpha: float, h: np.ndarray) -> np.ndarray:
+    """D (n,), 1/sr, of half vectors h (n, 3) of any length."""
     squared = (h * h).sum(1)
     sin2 = (h[:, 0] ** 2 + h[:, 1] ** 2) / squared
     cos2 = np.maximum(h[:, 2] ** 2 / squared, 1e-12)
     if kind == "ggx":
-        ndf = alpha**2 / (np.pi * (sin2 + alpha**2 * cos2) ** 2)
-    else:
-        ndf = np.exp(-sin2 / (cos2 * alpha**2)) / (np.pi * alpha**2 * cos2**2)
-    cos_i, cos_o = np.maximum(wi[:, 2], 1e-9), max(wo[2], 1e-9)
-    masking = 1 / (1 + _smith_lambda(kind, alpha, cos_i) + _smith_lambda(kind, alpha, cos_o))
-    return np.where(wi[:, 2] > 0, ndf * masking / (4 * cos_o), 0)
+        return alpha**2 / (np.pi * (sin2 + alpha**2 * cos2) ** 2)
+    return np.exp(-sin2 / (cos2 * alpha**2)) / (np.pi * alpha**2 * cos2**2)
 
 
 def _smith_lambda(kind: str, alpha: float, cosine: np.ndarray | float) -> np.ndarray:

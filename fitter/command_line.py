@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The verbs that need no Blender: fit and eval. The add-on's command line has them too."""
+"""The verbs that need no Blender: fit, export and eval. The add-on's command line has them too."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from . import parameter_file, readers
+from . import export, parameter_file, readers
+from .base_error import base_error
+from .base_lobes import fit_base_lobes
 from .errors import NfmError, printable, shown_name
 from .files import write_atomically
 from .fit_file import fit_measurement
@@ -35,6 +37,7 @@ REPORT = (
     ("  negative", "bins_negative", "{:,.0f}"),
     ("  not finite", "bins_not_finite", "{:,.0f}"),
     ("  below horizon", "bins_below_horizon", "{:,.0f}"),
+    ("  out of gamut", "bins_clamped", "{:,.0f} (negative channels set to 0)"),
     ("objective", "objective", "{:.3e}"),
     ("iterations", "iterations", "{:.0f}"),
     ("seconds", "seconds", "{:.1f}"),
@@ -45,13 +48,16 @@ REPORT = (
     ("", "native_directional_error", "{:.2%} error over all directions"),
 )
 
+# What writes a model, by suffix.
+EXPORTERS: dict[str, Callable[[Path, FactorModel], None]] = {".binary": export.write_merl}
+
 Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]
 
 
 def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     """Fit FILE and write its parameter file."""
     parser = verbs.add_parser("fit", help="fit a measured BRDF and write its parameter file")
-    parser.add_argument("file", metavar="FILE", help="a MERL .binary file")
+    parser.add_argument("file", metavar="FILE", help=readers.EXPECTED)
     parser.add_argument(
         "-o", "--output", metavar="OUT.nfm.json", help="default: the file's name here"
     )
@@ -104,23 +110,24 @@ def run_fit(arguments: argparse.Namespace) -> None:
             prior_strength=arguments.prior,
             on_step=lambda step: progress.update(step.progress, step.stage),
         )
+    native = base_error(material.model, fit_base_lobes(material.model)).figures()
     cpu_seconds = time.process_time() - cpu_start
     seconds = time.perf_counter() - start
     output = Path(arguments.output or f"{material.name}{parameter_file.SUFFIX}")
     parameter_file.save(output, material)
     if arguments.json:
-        report = {"output": str(output), "seconds": round(seconds, 3), **material.fit}
+        report = {"output": str(output), "seconds": round(seconds, 3), **material.fit, **native}
         report["cpu_seconds"] = round(cpu_seconds, 3)  # of fitting and grading
         sys.stdout.write(json.dumps(report) + "\n")
     else:
-        sys.stdout.write(report_text(material, seconds) + f"written to      {output}\n")
+        sys.stdout.write(
+            report_text(material, seconds=seconds, **native) + f"written to      {output}\n"
+        )
 
 
-def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
-    """The report for people: one figure per line, those that the material has."""
-    fit, model = dict(material.fit), material.model
-    if seconds is not None:
-        fit["seconds"] = seconds
+def report_text(material: FittedMaterial, **figures: float) -> str:
+    """The report for people: one figure of REPORT per line, those given and the material's own."""
+    fit, model = {**material.fit, **figures}, material.model
     lines = [
         f"{'material':<16}{printable(material.name)}",
         f"{'model':<16}{model.n_lobes} lobes, {model.n_parameters} numbers",
@@ -130,6 +137,26 @@ def report_text(material: FittedMaterial, seconds: float | None = None) -> str:
         if isinstance(fit.get(key), (int, float)):
             lines.append(f"{label:<16}{text.format(fit[key])}")
     return "".join(f"{line}\n" for line in lines)
+
+
+def add_export_verb(verbs: argparse._SubParsersAction) -> None:
+    """Write PARAMS as a file that other renderers read."""
+    parser = verbs.add_parser("export", help="write a fitted BRDF as a MERL .binary file")
+    parser.add_argument("params", metavar="PARAMS.nfm.json")
+    parser.add_argument("-o", "--output", metavar="OUT.binary", required=True)
+    parser.set_defaults(run=run_export)
+
+
+def run_export(arguments: argparse.Namespace) -> None:
+    """The verb export."""
+    output = Path(arguments.output)
+    if output.suffix.lower() not in EXPORTERS:
+        raise NfmError(
+            f"{shown_name(output)}: not a name of a file that can be exported; let it end in "
+            f"{' or '.join(EXPORTERS)}"
+        )
+    EXPORTERS[output.suffix.lower()](output, parameter_file.load(arguments.params).model)
+    sys.stdout.write(f"written to      {output}\n")
 
 
 def add_eval_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:
@@ -216,5 +243,6 @@ def main(argv: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="nfm", description="Measured materials without Blender.")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     add_fit_verb(verbs)
+    add_export_verb(verbs)
     add_eval_verb(verbs)
     return run(parser, argv)

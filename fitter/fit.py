@@ -237,7 +237,7 @@ def _refine(
         model = sweep(problem, model)
         objective = joint.objective_of(problem, model, 0)
         yield model, objective
-        if before - objective < CONVERGED * before:
+        if before - objective <= CONVERGED * before:
             return
 
 

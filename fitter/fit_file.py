@@ -8,8 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from . import parameter_file, readers
-from .base_error import base_error, studio_psnr
-from .base_lobes import fit_base_lobes
+from .base_error import studio_psnr
 from .errors import shown_name
 from .fit import FitStep, fit_steps, result_of
 from .measurement import Measurement
@@ -104,18 +103,15 @@ def fit_measurement(
 
 def _grades(model: FactorModel, measurement: Measurement) -> dict[str, float]:
     report = measurement.report
-    native = base_error(model, fit_base_lobes(model))
     return {
         "studio_psnr": studio_psnr(model, measurement),
         "mean_log_error": mean_log_error(tabulate(model), measurement),
         "largest_directional_albedo": largest_directional_albedo(model),
-        "native_error": native.image,
-        "native_directional_error": native.directional,
-        "native_psnr": min(native.psnr, 200.0),
         "bins_usable": report.usable,
         "bins_below_horizon": report.below_horizon,
         "bins_negative": report.negative,
         "bins_not_finite": report.non_finite,
+        **({"bins_clamped": report.clamped} if report.clamped else {}),
     }
 
 

@@ -73,6 +73,12 @@ def polar_angle(vectors: np.ndarray) -> np.ndarray:
     return np.arctan2(np.hypot(x, y), z)
 
 
+def azimuth(vectors: np.ndarray) -> np.ndarray:
+    """Angle of vectors (..., 3) of any length about +z, from +x towards +y; in [-pi, pi]."""
+    x, y, _ = _components(vectors)
+    return np.arctan2(y, x)
+
+
 def half_angles(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """theta_h and theta_d of unit directions (..., 3); symmetric in wi and wo to the last bit."""
     total = wi + wo

@@ -101,7 +101,7 @@ def fit(
     for _ in range(work.refine_steps // shared.REFINE_JOINT_STEPS):
         model = improve(coarse, model, 1, shared.REFINE_JOINT_STEPS)
         before, objective = objective, coarse.objective_of(model)
-        if before - objective < shared.CONVERGED * before:
+        if before - objective <= shared.CONVERGED * before:
             break
     if work.polish_steps:
         fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)

@@ -7,9 +7,16 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from .geometry import HALF_PI, N_THETA_H, merl_bin_index, merl_bins, theta_h_from_index
+from .geometry import (
+    N_THETA_H,
+    merl_bin_index,
+    merl_bins,
+    theta_h_centres,
+    theta_h_from_index,
+)
 from .measurement import Measurement
 from .model import FactorModel
+from .quadrature import HalfVectors
 from .splines import masking_nodes
 from .tables import directional_albedo, lobe_albedo
 
@@ -79,23 +86,13 @@ def measured_albedo(table: np.ndarray, measurement: Measurement) -> np.ndarray:
 
     Half vectors at the centres of theta_h bins, so that the sharpest highlight is seen.
     """
-    theta_h = theta_h_from_index(np.arange(N_THETA_H) + 0.5)
     edges = theta_h_from_index(np.arange(N_THETA_H + 1))
-    phi = (np.arange(N_PHI) + 0.5) / N_PHI * np.pi
-    solid_angle = np.repeat(-np.diff(np.cos(edges)) * 2 * np.pi / N_PHI, N_PHI)
-    sin_h = np.sin(theta_h)[:, None]
-    h = np.stack(
-        np.broadcast_arrays(sin_h * np.cos(phi), sin_h * np.sin(phi), np.cos(theta_h)[:, None]), -1
-    ).reshape(-1, 3)
+    ring = -2 * np.pi * np.diff(np.cos(edges))
+    half_vectors = HalfVectors.on_rings(theta_h_centres(), ring, N_PHI)
     albedo = np.empty((len(VIEW_ANGLES), 3))
-    for row, theta in enumerate(VIEW_ANGLES / 90 * HALF_PI):
-        view = np.array([np.sin(theta), 0.0, np.cos(theta)])
-        cos_d = h @ view
-        wi = 2 * cos_d[:, None] * h - view
-        keep = (cos_d > 0) & (wi[:, 2] > 0)
-        wi = wi[keep]
-        bins = merl_bin_index(wi, np.broadcast_to(view, wi.shape))
-        # dwi = 4 cos(theta_d) dh
-        weight = wi[:, 2] * 4 * cos_d[keep] * solid_angle[keep] * measurement.valid[bins]
+    for row, theta in enumerate(np.radians(VIEW_ANGLES)):
+        view = half_vectors.at_view(theta)
+        bins = merl_bin_index(view.wi, np.broadcast_to(view.wo, view.wi.shape))
+        weight = view.wi[:, 2] * view.solid_angle * measurement.valid[bins]
         albedo[row] = weight @ table[bins]
     return albedo

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 INVERSE_GOLDEN_RATIO = (5**0.5 - 1) / 2
 
@@ -29,3 +29,12 @@ def golden_section_search(
             right = low + INVERSE_GOLDEN_RATIO * (high - low)
             at_right = function(right)
     return (low + high) / 2
+
+
+def least_around_nodes(
+    function: Callable[[float], float], nodes: Sequence[float], tolerance: float = 1e-3
+) -> float:
+    """Where a function is least, if it is unimodal between the neighbours of its least node."""
+    best = min(range(len(nodes)), key=lambda index: function(nodes[index]))
+    low, high = nodes[max(best - 1, 0)], nodes[min(best + 1, len(nodes) - 1)]
+    return golden_section_search(function, low, high, tolerance)

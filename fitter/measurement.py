@@ -15,7 +15,7 @@ class Source:
     """Where a measurement came from.
 
     file_name : name without folders; text from a stranger, to be shown and stored only
-    format : "merl"
+    format : "merl" or "rgl"
     sha256 : of the file's bytes, hexadecimal
     """
 
@@ -26,12 +26,16 @@ class Source:
 
 @dataclass(frozen=True)
 class BinReport:
-    """How many bins of a file could not be used, and why; a bin counts once."""
+    """How many bins of a file could not be used, and why; a bin counts once.
+
+    clamped : usable bins of a colour out of gamut, whose negative channels were set to 0
+    """
 
     total: int
     below_horizon: int
     negative: int
     non_finite: int
+    clamped: int = 0
 
     @property
     def usable(self) -> int:

@@ -76,3 +76,79 @@ def solve_partly_nonnegative(
             free[first] = False
             x[~free] = 0
     return x
+
+
+class PartlyNonnegative:
+    """Minimisers of x' A x - 2 b' x with some x >= 0: few matrices, many right sides.
+
+    matrix : (n, k, k), positive definite
+    nonnegative : (k,) which x must not be below 0, the same for all
+
+    The unconstrained variables are eliminated once for each matrix; what is left are small
+    problems, solved all at once by `_pivot`. The same minimisers as those of
+    `solve_partly_nonnegative`, for well-conditioned matrices and many times faster.
+    """
+
+    def __init__(self, matrix: np.ndarray, nonnegative: np.ndarray) -> None:
+        self._bound, self._open = np.flatnonzero(nonnegative), np.flatnonzero(~nonnegative)
+        self._inner = matrix[:, self._open][:, :, self._open]
+        self._cross = matrix[:, self._open][:, :, self._bound]
+        self._inverse = np.linalg.inv(self._inner)
+        self._carry = self._eliminate(self._cross)
+        reduced = matrix[:, self._bound][:, :, self._bound]
+        self._reduced = reduced - self._cross.transpose(0, 2, 1) @ self._carry
+
+    def solve(self, right: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+        """Minimisers (n, r, k) for right sides (n, r, k).
+
+        start : (n, r, k) a guess; where it is positive tells which conditions to begin with
+        """
+        x = np.empty(right.shape)
+        given = right[:, :, self._open]
+        reduced = right[:, :, self._bound] - given @ self._carry
+        positive = None if start is None else start[:, :, self._bound] > 0
+        x[:, :, self._bound] = bound = _pivot(self._reduced, reduced, positive)
+        remaining = given - bound @ self._cross.transpose(0, 2, 1)
+        x[:, :, self._open] = self._eliminate(remaining.transpose(0, 2, 1)).transpose(0, 2, 1)
+        return x
+
+    def _eliminate(self, right: np.ndarray) -> np.ndarray:
+        """Unconstrained variables (n, open, r) for right sides (n, open, r)."""
+        x = self._inverse @ right
+        # an inverse alone loses digits that a solver would keep
+        return x + self._inverse @ (right - self._inner @ x)
+
+
+# Exchanges that _pivot tries. It mostly needs about ten; now and then it runs in circles.
+_MOST_EXCHANGES = 30
+
+
+def _pivot(matrix: np.ndarray, right: np.ndarray, positive: np.ndarray | None) -> np.ndarray:
+    """Minimisers (n, r, k) >= 0 for A (n, k, k) and b (n, r, k).
+
+    Block principal pivoting (Kim and Park 2011, "Fast nonnegative matrix factorization: an
+    active-set-like method"): exchange all variables that violate a condition, in all problems
+    at once. What it does not solve is left to the method of Lawson and Hanson.
+    """
+    n, count, size = right.shape
+    right = right.reshape(n * count, size)
+    owner = np.repeat(np.arange(n), count)
+    free = np.zeros(right.shape, bool) if positive is None else positive.reshape(right.shape)
+    free = free.copy()
+    x = np.zeros(right.shape)
+    tolerance = 1e-9 * np.abs(right).max(1, initial=0, keepdims=True)
+    left = np.arange(len(right))  # problems that are not solved yet
+    for _ in range(_MOST_EXCHANGES):
+        active, blocks = free[left], matrix[owner[left]]
+        inner = np.where(active[:, :, None] & active[:, None, :], blocks, np.eye(size))
+        x[left] = np.linalg.solve(inner, np.where(active, right[left], 0)[..., None])[..., 0]
+        gradient = np.einsum("nij,nj->ni", blocks, x[left]) - right[left]
+        violating = np.where(active, x[left], gradient) < -tolerance[left]
+        unsolved = violating.any(1)
+        left, violating = left[unsolved], violating[unsolved]
+        if not len(left):
+            break
+        free[left] ^= violating
+    for i in left:
+        x[i] = solve_partly_nonnegative(matrix[owner[i]], right[i], np.ones(size, bool))
+    return np.maximum(x, 0).reshape(n, count, size)

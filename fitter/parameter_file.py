@@ -4,7 +4,8 @@
 Fields: `format` "nfm", `version` 1, `model` "shared3", `kind` "isotropic", `name`; `diffuse` [3],
 `scale` [lobe][channel], `D` [lobe][90], `G` [lobe][90], `F` [channel][90]; `grids` with the node
 positions of `theta_h`, `theta` and `theta_d` in radians; `interpolation` of each factor; `source`
-(file, format, sha256) of the measurement; `fit` (objective, iterations, weight, metrics).
+(file, format, sha256) of the measurement; `fit` (objective, iterations, weight, metrics); and, in
+presets only, `edits` (edit_document.py), which leave the tables as measured.
 
 Files come from strangers. Loading checks every field and executes nothing; strings are kept as
 data only.
@@ -19,6 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
+from . import edit_document
+from .edit_document import EditDocument
 from .errors import ParameterFileError, shown_name
 from .files import write_atomically
 from .geometry import theta_d_centres, theta_h_centres
@@ -47,12 +50,14 @@ class FittedMaterial:
     """A model with its name and history.
 
     fit : figures of the fit by name, numbers and short strings; {} if unknown
+    edits : what an artist changed, apart from the model; None in files of a fit
     """
 
     name: str
     model: FactorModel
     source: Source | None = None
     fit: dict[str, float | int | str] = field(default_factory=dict)
+    edits: EditDocument | None = None
 
 
 def dumps(material: FittedMaterial) -> str:
@@ -75,6 +80,8 @@ def dumps(material: FittedMaterial) -> str:
         and {"file": source.file_name, "format": source.format, "sha256": source.sha256},
         "fit": material.fit,
     }
+    if material.edits is not None:
+        document["edits"] = edit_document.to_json(material.edits)
     lines = [
         f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}"
         for key, value in document.items()
@@ -134,6 +141,7 @@ def loads(text: str, name: str = "parameters") -> FittedMaterial:
         ),
         source=_source(document.get("source"), name),
         fit=_figures(document.get("fit"), name),
+        edits=edit_document.from_json(document["edits"], name) if "edits" in document else None,
     )
 
 

@@ -25,7 +25,7 @@ from .geometry import (
     theta_d_centres,
     theta_h_centres,
 )
-from .line_search import golden_section_search
+from .line_search import least_around_nodes
 from .measurement import Measurement
 from .nnls import solve_nonnegative
 from .problem import Problem
@@ -75,10 +75,7 @@ def fit(measurement: Measurement, *, weight: str = DEFAULT_WEIGHT) -> Principled
     def error(log_alpha: float) -> float:
         return _solved(problem, np.exp(log_alpha))[0]
 
-    nodes = np.log(ALPHAS)
-    best = int(np.argmin([error(node) for node in nodes]))
-    low, high = nodes[max(best - 1, 0)], nodes[min(best + 1, len(nodes) - 1)]
-    return _solved(problem, np.exp(golden_section_search(error, low, high)))[1]
+    return _solved(problem, np.exp(least_around_nodes(error, np.log(ALPHAS))))[1]
 
 
 def ndf(theta_h: np.ndarray, alpha: float) -> np.ndarray:

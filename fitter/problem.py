@@ -150,7 +150,9 @@ class Problem:
         cross = 2 * (a * (moments.kernel_target - model.diffuse * moments.kernel)).sum()
         d = model.diffuse
         constant = (d * d * self.cell_weight - 2 * d * self.cell_target).sum()
-        return float((self.target_energy + quadratic - cross + constant) / self.target_energy)
+        error = self.target_energy + quadratic - cross + constant
+        # a difference of large sums: rounding takes that of a perfect fit below zero
+        return float(max(error, 0.0) / self.target_energy)
 
     def objective_of(self, model: FactorModel) -> float:
         """E of any model."""

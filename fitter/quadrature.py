@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directions and solid angles for integrals over the hemisphere at a fixed view angle."""
+"""Directions and solid angles for integrals over the hemisphere at a fixed view angle.
+
+Points are half vectors, as dense as the function is sharp; at a view direction each becomes the
+light direction that it mirrors to, with dwi = 4 cos(theta_d) dh.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +31,37 @@ class ViewQuadrature:
     solid_angle: np.ndarray
 
 
+@dataclass(frozen=True)
+class HalfVectors:
+    """Points for integrals over half vectors of a function that is even in y.
+
+    h : (n, 3) unit, above the horizon, half of them mirrored away
+    solid_angle : (n,) sr; sums to 2 pi
+    """
+
+    h: np.ndarray
+    solid_angle: np.ndarray
+
+    @classmethod
+    def on_rings(cls, theta_h: np.ndarray, ring: np.ndarray, n_phi: int) -> HalfVectors:
+        """Midpoints of n_phi azimuths over half a turn, at angles theta_h (n,), radians.
+
+        ring : (n,) solid angle of each ring, over the whole turn, sr
+        """
+        phi = (np.arange(n_phi) + 0.5) / n_phi * np.pi
+        sin_h, cos_h = np.sin(theta_h)[:, None], np.cos(theta_h)[:, None]
+        points = np.broadcast_arrays(sin_h * np.cos(phi), sin_h * np.sin(phi), cos_h)
+        return cls(np.stack(points, -1).reshape(-1, 3), np.repeat(ring / n_phi, n_phi))
+
+    def at_view(self, theta_o: float, least_cos_i: float = 0.0) -> ViewQuadrature:
+        """The light directions that wo at theta_o mirrors to, above least_cos_i."""
+        wo = np.array([np.sin(theta_o), 0.0, np.cos(theta_o)])
+        cos_d = self.h @ wo
+        wi = 2 * cos_d[:, None] * self.h - wo
+        keep = (cos_d > 0) & (wi[:, 2] > least_cos_i)
+        return ViewQuadrature(wi[keep], wo, (4 * cos_d * self.solid_angle)[keep])
+
+
 def view_quadrature(theta_o: float, n_theta: int, n_phi: int) -> ViewQuadrature:
     """Points that lie as densely as the bins of theta_h on the MERL grid.
 
@@ -35,15 +70,5 @@ def view_quadrature(theta_o: float, n_theta: int, n_phi: int) -> ViewQuadrature:
     points, gauss = np.polynomial.legendre.leggauss(n_theta)
     root = (points + 1) / 2
     theta_h = root**2 * HALF_PI
-    phi = (np.arange(n_phi) + 0.5) / n_phi * np.pi
-    sin_h = np.sin(theta_h)[:, None]
-    h = np.stack(
-        np.broadcast_arrays(sin_h * np.cos(phi), sin_h * np.sin(phi), np.cos(theta_h)[:, None]), -1
-    ).reshape(-1, 3)
-    measure = np.sin(theta_h) * (HALF_PI * 2 * root * gauss / 2) * (2 * np.pi / n_phi)
-    wo = np.array([np.sin(theta_o), 0.0, np.cos(theta_o)])
-    cos_d = h @ wo
-    wi = 2 * cos_d[:, None] * h - wo
-    keep = (cos_d > 0) & (wi[:, 2] > LEAST_COS_I)
-    # dwi = 4 cos(theta_d) dh
-    return ViewQuadrature(wi[keep], wo, (np.repeat(measure, n_phi) * 4 * cos_d)[keep])
+    ring = 2 * np.pi * np.sin(theta_h) * (HALF_PI * 2 * root * gauss / 2)
+    return HalfVectors.on_rings(theta_h, ring, n_phi).at_view(theta_o, LEAST_COS_I)

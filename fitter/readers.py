@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import merl
+from . import merl, rgl
 from .measured_file import opened
 from .measurement import Measurement
 
@@ -32,7 +32,10 @@ class Format:
     read: Callable[[str | os.PathLike], Measurement]
 
 
-FORMATS = (Format("merl", (".binary",), merl.recognises, merl.read),)
+FORMATS = (
+    Format("merl", (".binary",), merl.recognises, merl.read),
+    Format("rgl", (".bsdf",), rgl.recognises, rgl.read),
+)
 SUFFIXES = tuple(suffix for format_ in FORMATS for suffix in format_.suffixes)
 EXPECTED = f"a measured BRDF ({', '.join(SUFFIXES)})"
 

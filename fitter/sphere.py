@@ -31,6 +31,9 @@ class LitScene:
     normals : (n, 3) unit, facing the viewer (+z), one for each pixel that is True in `mask`
     mask : (height, width)
     environments : list of (h, w, 3) radiance maps, row 0 at +y; h and w at least 64 and 128
+
+    directions, solid_angle : unit (n, 3) middles of the texels and their solid angles (n,)
+    light : (environments, n, 3) radiance times solid angle
     """
 
     def __init__(
@@ -48,26 +51,26 @@ class LitScene:
             -1,
         ).reshape(-1, 3)
         solid_angle = np.repeat(np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns), columns)
-        self._light = np.stack(
+        self.light = np.stack(
             [
                 box_filtered(image, rows, columns).reshape(-1, 3) * solid_angle[:, None]
                 for image in environments
             ]
         ).astype(np.float32)
         self.mask = mask
-        self._normals, self._directions = normals, directions
+        self.normals, self.directions, self.solid_angle = normals, directions, solid_angle
         self._bins = _table_look_ups(normals, directions)
 
     def render(self, f_r: np.ndarray) -> np.ndarray:
         """Linear pixels (environments, n_pixels, 3) of a table (90, 90, 180, 3) in 1/sr."""
-        out = np.empty((len(self._light), len(self._bins), 3))
+        out = np.empty((len(self.light), len(self._bins), 3))
         tables = [np.append(f_r[..., c].ravel(), 0).astype(np.float32) for c in range(3)]
         for start in range(0, len(self._bins), PIXELS_AT_ONCE):
             rows = slice(start, start + PIXELS_AT_ONCE)
-            cosines = (self._normals[rows] @ self._directions.T).astype(np.float32)
+            cosines = (self.normals[rows] @ self.directions.T).astype(np.float32)
             for channel, table in enumerate(tables):
                 reflected = table[self._bins[rows]] * cosines
-                out[:, rows, channel] = self._light[..., channel] @ reflected.T
+                out[:, rows, channel] = self.light[..., channel] @ reflected.T
         return out
 
     def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -114,15 +117,22 @@ def _table_look_ups(normals: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Flat table index (n_pixels, n_directions); past the end for light from below."""
     outside = N_THETA_H * N_THETA_D * N_PHI_D
     index = np.full((len(normals), len(directions)), outside, np.int32)
-    view = np.array([0.0, 0.0, 1.0])
     for row, normal in enumerate(normals):
         lit = directions @ normal > 0
-        # any tangent will do: the material is isotropic
-        aside = [0.0, 1.0, 0.0] if abs(normal[1]) < 0.999 else [1.0, 0.0, 0.0]
-        tangent = normalized(np.cross(aside, normal))
-        frame = np.stack([tangent, np.cross(normal, tangent), normal])
+        frame = local_frame(normal)
         wi = directions[lit] @ frame.T
-        wo = np.broadcast_to(frame @ view, wi.shape)
+        # the viewer is at +z
+        wo = np.broadcast_to(frame[:, 2], wi.shape)
         h, d, p = merl_bin_index(wi, wo)
         index[row, lit] = (h * N_THETA_D + d) * N_PHI_D + p
     return index
+
+
+def local_frame(normal: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) that takes world directions to the frame of a normal; the normal becomes +z.
+
+    Any tangent will do: the materials are isotropic.
+    """
+    aside = [0.0, 1.0, 0.0] if abs(normal[1]) < 0.999 else [1.0, 0.0, 0.0]
+    tangent = normalized(np.cross(aside, normal))
+    return np.stack([tangent, np.cross(normal, tangent), normal])

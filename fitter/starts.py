@@ -11,8 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .factors import N_LOBES
 from .geometry import HALF_PI, theta_h_centres
-from .model import N_LOBES, FactorModel
+from .model import FactorModel
 from .problem import Problem
 from .splines import masking_nodes
 

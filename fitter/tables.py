@@ -23,6 +23,7 @@ import numpy as np
 
 from .geometry import HALF_PI, N_THETA_H, theta_h_centres, theta_h_from_index, versine
 from .model import FactorModel
+from .quadrature import HalfVectors
 
 
 def versine_nodes() -> np.ndarray:
@@ -91,26 +92,13 @@ def lobe_albedo(
     # D has its kinks at the bins' centres: each half is integrated by itself
     index = (np.arange(2 * N_THETA_H)[:, None] / 2 + (points + 1) / 4).ravel()
     theta_h = theta_h_from_index(index)
-    # dtheta_h = pi/2 * 2 index / 90^2 dindex
-    measure = (
-        np.sin(theta_h) * HALF_PI * 2 * index / N_THETA_H**2 * np.tile(gauss / 4, 2 * N_THETA_H)
-    )
-    phi = (np.arange(n_phi) + 0.5) / n_phi * np.pi
-    sin_h = np.sin(theta_h)[:, None]
-    h = np.stack(
-        np.broadcast_arrays(sin_h * np.cos(phi), sin_h * np.sin(phi), np.cos(theta_h)[:, None]), -1
-    ).reshape(-1, 3)
-    solid_angle = np.repeat(measure, n_phi) * 2 * np.pi / n_phi
+    # 2 pi sin(theta_h) dtheta_h, dtheta_h = pi/2 * 2 index / 90^2 dindex
+    ring = np.sin(theta_h) * np.pi**2 * 2 * index / N_THETA_H**2 * np.tile(gauss / 4, 2 * N_THETA_H)
+    half_vectors = HalfVectors.on_rings(theta_h, ring, n_phi)
 
     out = np.empty((len(theta_o), model.n_lobes, 3))
     for row, theta in enumerate(theta_o):
-        view = np.array([np.sin(theta), 0.0, np.cos(theta)])
-        cos_d = h @ view
-        wi = 2 * cos_d[:, None] * h - view
-        keep = (cos_d > 0) & (wi[:, 2] > 0)
-        wi = wi[keep]
-        # dwi = 4 cos(theta_d) dh
-        factor = wi[:, 2] * 4 * cos_d[keep] * solid_angle[keep]
-        values = model.lobe_values(wi, np.broadcast_to(view, wi.shape))
-        out[row] = np.einsum("n,mnc->mc", factor, values)
+        view = half_vectors.at_view(theta)
+        values = model.lobe_values(view.wi, np.broadcast_to(view.wo, view.wi.shape))
+        out[row] = np.einsum("n,mnc->mc", view.wi[:, 2] * view.solid_angle, values)
     return out

@@ -6,6 +6,7 @@ from bpy.utils import register_submodule_factory
 register, unregister = register_submodule_factory(
     __name__,
     (
+        "edit_properties",
         "properties",
         "preferences",
         "fitting",
@@ -13,6 +14,7 @@ register, unregister = register_submodule_factory(
         "operators",
         "plot_icons",
         "panel",
+        "live",
         "command",
     ),
 )

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The verbs of ./nfm that work inside Blender, and of `blender --command nfm`.
 
-fit and eval come from the fitter, which also runs without Blender; render and demo are added here.
+fit, export and eval come from the fitter, which also runs without Blender; render and demo are
+added here.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+
+import bpy
 
 from ..fitter import command_line as fitter_command_line
 from ..fitter import synthetic
@@ -37,6 +40,7 @@ def main(argv: Sequence[str]) -> int:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     _add_demo_verb(verbs)
     fitter_command_line.add_fit_verb(verbs)
+    fitter_command_line.add_export_verb(verbs)
     _add_eval_verb(verbs)
     _add_render_verb(verbs)
     return fitter_command_line.run(parser, argv)
@@ -92,7 +96,10 @@ def _run_render(arguments: argparse.Namespace) -> None:
         point_sampled=arguments.point_sampled,
         environment=arguments.env,
     )
-    _render(fitted, view, arguments.sampling, arguments.output, arguments.candidates)
+    new = material.build(fitted, arguments.sampling.upper())
+    if arguments.candidates is not None:
+        material.find_script_node(new).inputs["Candidates"].default_value = arguments.candidates
+    _render(new, view, arguments.output)
     sys.stdout.write(f"written to      {arguments.output}\n")
 
 
@@ -131,14 +138,17 @@ def _run_demo(arguments: argparse.Namespace) -> None:
         )
     start = time.perf_counter()
     fitted = _fitted(path, arguments.quality)
-    sys.stdout.write(fitter_command_line.report_text(fitted, time.perf_counter() - start))
+    seconds = time.perf_counter() - start
+    new = material.build(fitted)
+    native = {name: getattr(new.nfm, name) for name in ("native_error", "native_psnr")}
+    sys.stdout.write(fitter_command_line.report_text(fitted, seconds=seconds, **native))
     sys.stdout.flush()
 
     environment = folder / "studio.exr"
     images.write_linear(environment, demo_light.studio())
     picture = folder / f"{Path(path).stem}.png"
     view = SphereView(resolution=512, samples=128, environment=environment)
-    _render(fitted, view, DEFAULT_SAMPLING.lower(), picture)
+    _render(new, view, picture)
     sys.stdout.write(f"\nThe picture is {picture.resolve()}\n")
 
 
@@ -151,17 +161,8 @@ def _fitted(path: str | Path, quality: str) -> FittedMaterial:
         )
 
 
-def _render(
-    fitted: FittedMaterial,
-    view: SphereView,
-    sampling: str,
-    output: Path,
-    candidates: int | None = None,
-) -> None:
+def _render(new: bpy.types.Material, view: SphereView, output: Path) -> None:
     script_node.require_osl()
-    new = material.build(fitted, sampling.upper())
-    if candidates is not None:
-        material.find_script_node(new).inputs["Candidates"].default_value = candidates
     scene = build_scene(new, view)
     with Progress(sys.stderr, "render") as progress:
         render_to_file(scene, output, lambda share: progress.update(share, "rendering"))

@@ -18,7 +18,7 @@ def complete_materials(*_arguments: object) -> None:
     for item in bpy.data.materials:
         if item.nfm.parameters and item.is_editable and material.needs_compiling(item):
             try:
-                material.update_shader(item)
+                material.complete(item)
             except NfmError as error:
                 print(f"nfm: {error}")  # noqa: T201
 

@@ -55,11 +55,31 @@ def write_linear(path: Path, pixels: np.ndarray) -> None:
     """
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("nfm", width, height, float_buffer=True, is_data=True)
+    _write(image, path, pixels, "OPEN_EXR")
+
+
+def write_picture(path: Path, pixels: np.ndarray) -> None:
+    """Write linear (height, width, 3), 0..1, as an sRGB PNG, top row first; the rest is clipped.
+
+    Raises
+    ------
+    NfmError
+        The file cannot be written.
+    """
+    linear = np.clip(pixels, 0, 1)
+    # IEC 61966-2-1
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    height, width = pixels.shape[:2]
+    _write(bpy.data.images.new("nfm", width, height), path, encoded, "PNG")
+
+
+def _write(image: bpy.types.Image, path: Path, pixels: np.ndarray, file_format: str) -> None:
+    """Fill the image, write it and remove it."""
     try:
-        rgba = np.ones((height, width, 4), np.float32)
+        rgba = np.ones((*pixels.shape[:2], 4), np.float32)
         rgba[..., :3] = pixels[::-1]
         image.pixels.foreach_set(rgba.ravel())
-        image.file_format = "OPEN_EXR"
+        image.file_format = file_format
         image.filepath_raw = str(path)
         image.save()
     except RuntimeError:

@@ -11,8 +11,6 @@ from collections.abc import Sequence
 
 import bpy
 
-N_LOBES = 3
-
 
 def audible(mute: Sequence[bool], solo: Sequence[bool]) -> list[bool]:
     """Which lobes are shown: those on solo if any is, else those that are not muted."""

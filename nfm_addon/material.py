@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A fitted material as Blender data: Material -> node group -> Script node -> Text.
 
-The node group has the sockets that an artist uses (Diffuse, Lobe 1-3 Scale, Normal -> BSDF) and
-hides the rest. The model itself travels in material.nfm.parameters, as text.
+The node group (node_group.py) has the sockets that an artist uses and hides the rest. The model
+itself travels in material.nfm.parameters, as text.
 """
 
 from __future__ import annotations
@@ -11,21 +11,30 @@ import bpy
 import numpy as np
 
 from ..fitter import parameter_file
-from ..fitter.model import FactorModel
+from ..fitter.errors import NfmError
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import script_node, stand_in
+from . import editing, node_group, script_node, stand_in
+from .editing import fitted_material
 from .errors import ShaderError
+from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
 from .node_trees import empty_tree
 from .properties import DEFAULT_SAMPLING
-from .shader_source import Surface, new_surface
+from .shader_source import new_surface
 
-GROUP_NAME = "NFM BRDF"
-SCRIPT_NODE = "NFM Shader"
+__all__ = (
+    "build",
+    "change_sampling",
+    "complete",
+    "find_group_node",
+    "find_script_node",
+    "fitted_material",
+    "needs_compiling",
+    "remove",
+    "replace_model",
+)
+
 CYCLES_OUTPUT, EEVEE_OUTPUT = "Cycles Output", "EEVEE Output"
-
-LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
-WHITE = (1.0, 1.0, 1.0, 1.0)
 
 # Figures of a fit that material.nfm has under the same name.
 FIGURES = (
@@ -50,7 +59,7 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         This Blender cannot compile the shader.
     """
     surface = new_surface(fitted.model, sampling.lower())
-    group = _new_group(fitted.model)
+    group = node_group.new_group(fitted.model)
     script = group.nodes[SCRIPT_NODE]
     try:
         script_node.fill(script, f"{fitted.name}.osl", surface.source)
@@ -60,29 +69,71 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         if text:
             bpy.data.texts.remove(text)
         raise
-    values = stand_in.put(group, fitted.model)
+    values = node_group.add_inner_nodes(group, fitted.model)
     material = _new_material(fitted, group, sampling)
     stand_in.show_in_workbench(material, values)
-    _link_shader(material)
-    _report_error(material, surface)
+    show_in_cycles(material)
+    editing.draw_curves(material)
+    editing.adopt(material, surface)
     return material
 
 
-def update_shader(material: bpy.types.Material) -> None:
-    """Write the shader anew from material.nfm: after a change of its sampling or parameters.
+def change_sampling(material: bpy.types.Material) -> None:
+    """Write the shader for the sampling in material.nfm, with that sampling's own Candidates.
 
     Raises
     ------
-    ParameterFileError
-        The stored parameters were damaged.
-    ShaderError
-        This Blender cannot compile the shader, or the material has lost its Script node.
+    ParameterFileError, ShaderError
+        As editing.refresh.
     """
-    model = fitted_material(material).model
-    surface = new_surface(model, material.nfm.sampling.lower())
-    script_node.fill(find_script_node(material), f"{material.name}.osl", surface.source)
-    _link_shader(material)
-    _report_error(material, surface)
+    editing.refresh(material)
+    candidates = find_script_node(material).inputs.get("Candidates")  # without OSL there is none
+    if candidates:
+        default = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
+        candidates.default_value = default
+
+
+def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
+    """Give a material another model; scales, sliders and links stay, curves are drawn anew.
+
+    Diffuse takes the colour of the new model where it still has that of the old one.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As editing.refresh; the material is then as it was.
+    """
+    node = find_group_node(material)
+    before = fitted_material(material)
+    socket = node.inputs["Diffuse"]
+    follows = np.allclose(socket.default_value[:3], np.pi * before.model.diffuse, atol=1e-6)
+    _store(material, fitted)
+    try:
+        editing.draw_curves(material)
+        editing.refresh(material)
+    except NfmError:
+        _store(material, before)
+        editing.draw_curves(material)
+        raise
+    color = (*(np.pi * fitted.model.diffuse), 1.0)
+    node.node_tree.interface.items_tree["Diffuse"].default_value = color
+    if follows:
+        socket.default_value = color
+
+
+def complete(material: bpy.types.Material) -> None:
+    """Compile a material that was made where there was no OSL.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As editing.refresh.
+    """
+    group = editing.group_of(material)
+    group.nfm.applied = ""
+    editing.refresh(material)
+    node_group.link(group)
+    show_in_cycles(material)
 
 
 def needs_compiling(material: bpy.types.Material) -> bool:
@@ -93,28 +144,13 @@ def needs_compiling(material: bpy.types.Material) -> bool:
         return False
 
 
-def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
-    """Give a material another model; what an artist has set stays, and all links.
-
-    Diffuse takes the colour of the new model where it still has that of the old one.
-
-    Raises
-    ------
-    ParameterFileError, ShaderError
-        As update_shader; the material is then as it was.
-    """
-    surface = new_surface(fitted.model, material.nfm.sampling.lower())
-    script = find_script_node(material)
-    script_node.fill(script, f"{material.name}.osl", surface.source)
-    socket = script.id_data.interface.items_tree["Diffuse"]
-    before = socket.default_value[:]
-    socket.default_value = (*(np.pi * fitted.model.diffuse), 1.0)
-    diffuse = find_group_node(material).inputs["Diffuse"]
-    if diffuse.default_value[:] == before:
-        diffuse.default_value = socket.default_value
-    stand_in.show_in_workbench(material, stand_in.put(script.id_data, fitted.model))
-    _store(material, fitted)
-    _report_error(material, surface)
+def show_in_cycles(material: bpy.types.Material) -> None:
+    """Connect what Cycles renders: the Script node, or the stand-in where there is no OSL."""
+    output = material.node_tree.nodes.get(CYCLES_OUTPUT)
+    if output:
+        shown = stand_in.OUTPUT if needs_compiling(material) else "BSDF"
+        source = find_group_node(material).outputs[shown]
+        material.node_tree.links.new(source, output.inputs["Surface"])
 
 
 def remove(material: bpy.types.Material) -> None:
@@ -126,114 +162,6 @@ def remove(material: bpy.types.Material) -> None:
         bpy.data.node_groups.remove(group)
         if text and text.users == 0:
             bpy.data.texts.remove(text)
-
-
-def change_sampling(material: bpy.types.Material) -> None:
-    """Write the shader for the sampling in material.nfm, with that sampling's own Candidates.
-
-    Raises
-    ------
-    ParameterFileError, ShaderError
-        As update_shader.
-    """
-    update_shader(material)
-    candidates = find_script_node(material).inputs.get("Candidates")
-    if candidates:
-        default = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
-        candidates.default_value = default
-
-
-def fitted_material(material: bpy.types.Material) -> FittedMaterial:
-    """The model that a material was made from.
-
-    Raises
-    ------
-    ParameterFileError
-        The material has none, or the stored text was damaged.
-    """
-    return parameter_file.loads(material.nfm.parameters, f"material {material.name!r}")
-
-
-def find_script_node(material: bpy.types.Material) -> bpy.types.ShaderNodeScript:
-    """The Script node of a material that `build` has made.
-
-    Raises
-    ------
-    ShaderError
-        There is none any more.
-    """
-    return find_group_node(material).node_tree.nodes[SCRIPT_NODE]
-
-
-def find_group_node(material: bpy.types.Material) -> bpy.types.ShaderNodeGroup:
-    """The node of a material that holds its Script node's group.
-
-    Raises
-    ------
-    ShaderError
-        There is none any more.
-    """
-    tree = material.node_tree  # None until Blender 5.0, for a material without nodes
-    for node in tree.nodes if tree else ():
-        if node.type == "GROUP" and node.node_tree and SCRIPT_NODE in node.node_tree.nodes:
-            return node
-    raise ShaderError(
-        f"material {material.name!r} has no {GROUP_NAME} node any more; import it again"
-    )
-
-
-def _report_error(material: bpy.types.Material, surface: Surface) -> None:
-    """Tell the material's properties how good its base lobes are, if it has any."""
-    if surface.error:
-        material.nfm.native_error = surface.error.image
-        material.nfm.native_psnr = min(surface.error.psnr, 200.0)
-        material.nfm.native_share = max(1 - surface.error.directional, 0.0)
-
-
-def _new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
-    group = bpy.data.node_groups.new(GROUP_NAME, "ShaderNodeTree")
-    interface = group.interface
-    interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
-    diffuse = interface.new_socket("Diffuse", in_out="INPUT", socket_type="NodeSocketColor")
-    diffuse.default_value = (*(np.pi * model.diffuse), 1.0)
-    diffuse.description = "Colour of the diffuse reflection, as fitted"
-    for name in LOBE_SOCKETS:
-        scale = interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketColor")
-        scale.default_value = WHITE
-        scale.description = "Multiplies this specular lobe; white is as measured"
-    normal = interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
-    normal.hide_value = True
-
-    script = group.nodes.new("ShaderNodeScript")
-    script.name = script.label = SCRIPT_NODE
-    script.width = 220
-    entry = group.nodes.new("NodeGroupInput")
-    entry.location = (-300, 0)
-    exit_ = group.nodes.new("NodeGroupOutput")
-    exit_.location = (320, 0)
-    return group
-
-
-def _link_shader(material: bpy.types.Material) -> None:
-    """Connect what Cycles renders: the Script node, or the stand-in where there is no OSL.
-
-    The Script node's sockets exist only once it is compiled.
-    """
-    node = find_group_node(material)
-    group = node.node_tree
-    script = group.nodes[SCRIPT_NODE]
-    if script.bytecode and not any(socket.is_linked for socket in script.outputs):
-        nodes = {node.bl_idname: node for node in group.nodes}
-        entry, exit_ = nodes["NodeGroupInput"], nodes["NodeGroupOutput"]
-        for name in ("Diffuse", *LOBE_SOCKETS, "Normal"):
-            group.links.new(entry.outputs[name], script.inputs[name])
-        group.links.new(script.outputs["BSDF"], exit_.inputs["BSDF"])
-        for socket in (*script.inputs, *script.outputs):
-            socket.hide = not socket.is_linked
-    output = material.node_tree.nodes.get(CYCLES_OUTPUT)
-    if output:
-        shown = "BSDF" if script.bytecode else stand_in.OUTPUT
-        material.node_tree.links.new(node.outputs[shown], output.inputs["Surface"])
 
 
 def _new_material(

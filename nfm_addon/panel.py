@@ -8,11 +8,12 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.utils import register_classes_factory
 
 from ..fitter.errors import NfmError
+from ..fitter.factors import N_LOBES
 from . import material as materials
 from . import plot_icons
 from .figures import native_error_text, quality_lines, warnings
 from .lamps import BLIND_SAMPLINGS, lamps_without_size
-from .lobes import N_LOBES
+from .node_group import LOBE_SOCKETS
 from .operators.give_lamps_size import NFM_OT_give_lamps_size
 from .render_setup import obstacles
 
@@ -118,7 +119,7 @@ def _draw_lobes(layout: bpy.types.UILayout, item: bpy.types.Material) -> None:
     column.prop(inputs["Diffuse"], "default_value", text="Diffuse")
     for lobe in range(N_LOBES):
         row = column.row(align=True)
-        scale = inputs[materials.LOBE_SOCKETS[lobe]]
+        scale = inputs[LOBE_SOCKETS[lobe]]
         row.prop(scale, "default_value", text=iface_("Lobe {:d}").format(lobe + 1))
         row.prop(item.nfm, "solo", index=lobe, text="", icon="SOLO_ON")
         row.prop(item.nfm, "mute", index=lobe, text="", icon="HIDE_ON")

@@ -19,6 +19,7 @@ from bpy.props import (
 from bpy.utils import register_classes_factory
 
 from ..fitter.errors import NfmError
+from .edit_properties import NFM_PG_edit
 
 SAMPLING_ITEMS = (
     (
@@ -178,6 +179,7 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         default=DEFAULT_SAMPLING,
         update=_sampling_changed,
     )
+    edit: PointerProperty(type=NFM_PG_edit)
 
 
 _register_classes, _unregister_classes = register_classes_factory((NFM_PG_material,))

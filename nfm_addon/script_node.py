@@ -38,7 +38,7 @@ def require_osl() -> None:
 
 
 def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
-    """Put OSL source into the node's Text (made if it has none) and compile it.
+    """Put OSL source into the node's Text (made if it has none of its own) and compile it.
 
     Sockets that the new source still has keep their values and links. If it does not compile, the
     node keeps its bytecode and a Text that it had keeps its source.
@@ -54,6 +54,8 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
         The source does not compile; the messages of the compiler are on the console.
     """
     text = node.script
+    if text and text.users - text.use_fake_user > 1:  # a copied group still has the same Text
+        text = None
     previous = text and text.as_string()
     if text is None:
         text = bpy.data.texts.new(name)

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..fitter.base_error import BaseError, base_error
 from ..fitter.base_lobes import BaseLobes, fit_base_lobes
+from ..fitter.closures import Closure
 from ..fitter.model import FactorModel
 from ..fitter.tables import sampling_tables, selection_table, versine_nodes
 from ..osl import generate
@@ -19,16 +21,31 @@ class Surface:
     """A shader and what it leaves out.
 
     source : OSL
-    error : of the base lobes, for the samplings that have them
+    albedo : (lobes, 31, 3) of fitter.tables.selection_table
+    closures : of the base lobes, for the samplings that have them
+    error : of the base lobes, where it was asked for
     """
 
     source: str
+    albedo: np.ndarray
+    closures: tuple[Closure, ...] = ()
     error: BaseError | None = None
 
 
-def new_surface(model: FactorModel, sampling: str) -> Surface:
-    """Shader that renders the model; sampling is one of generate.SAMPLINGS."""
+def new_surface(
+    model: FactorModel,
+    sampling: str,
+    closures: Sequence[Closure] | None = None,
+    *,
+    graded: bool = True,
+) -> Surface:
+    """Shader that renders the model; sampling is one of generate.SAMPLINGS.
+
+    closures : of the base lobes, which saves their selection
+    graded : with the error of the base lobes
+    """
     tables = sampling_tables(model)
+    albedo = selection_table(model)
     surface_tables = generate.SurfaceTables(
         diffuse_albedo=_flat(np.pi * model.diffuse),
         scale=_flat(model.scale),
@@ -38,13 +55,14 @@ def new_surface(model: FactorModel, sampling: str) -> Surface:
         nodes=_flat(versine_nodes()),
         density=_flat(tables.density),
         cumulative=_flat(tables.cumulative),
-        selection=_flat(selection_table(model)),
+        selection=_flat(albedo),
     )
     if sampling not in generate.BASE_SAMPLINGS:
-        return Surface(generate.surface_shader(surface_tables, sampling))
-    base = fit_base_lobes(model)
+        return Surface(generate.surface_shader(surface_tables, sampling), albedo)
+    base = fit_base_lobes(model, closures)
     source = generate.surface_shader(surface_tables, sampling, _base_tables(base))
-    return Surface(source, base_error(model, base))
+    error = base_error(model, base) if graded else None
+    return Surface(source, albedo, base.closures, error)
 
 
 def _base_tables(base: BaseLobes) -> generate.BaseTables:

@@ -12,10 +12,11 @@ import numpy as np
 
 from ..fitter.model import FactorModel
 from ..fitter.stand_in import StandIn, stand_in
+from . import live_nodes
 
 OUTPUT = "Stand-in"
 FRAME = "NFM Stand-in"
-BELOW = -420  # where the nodes stand, under the Script node
+BELOW = -1700  # where the nodes stand, under the curves
 
 
 def put(group: bpy.types.ShaderNodeTree, model: FactorModel) -> StandIn:
@@ -61,7 +62,7 @@ def _make_nodes(group: bpy.types.ShaderNodeTree, n_lobes: int) -> None:
     facing = new("ShaderNodeLayerWeight", "NFM Stand-in Facing", 0, 0)
     facing.inputs["Blend"].default_value = 0.5  # makes Facing 1 - cos
     total = new("ShaderNodeBsdfDiffuse", "NFM Stand-in Diffuse", 2, 0)
-    links.new(entry.outputs["Diffuse"], total.inputs["Color"])
+    live_nodes.link_diffuse(group, entry.outputs["Diffuse"], total.inputs["Color"])
     links.new(entry.outputs["Normal"], facing.inputs["Normal"])
     links.new(entry.outputs["Normal"], total.inputs["Normal"])
     total = total.outputs["BSDF"]
@@ -71,7 +72,8 @@ def _make_nodes(group: bpy.types.ShaderNodeTree, n_lobes: int) -> None:
         scaled = new("ShaderNodeVectorMath", _name("Scale", lobe), 1, lobe)
         scaled.operation = "MULTIPLY"
         links.new(ramp.outputs["Color"], scaled.inputs[0])
-        links.new(entry.outputs[f"Lobe {lobe} Scale"], scaled.inputs[1])
+        source = entry.outputs[f"Lobe {lobe} Scale"]
+        live_nodes.link_scale(group, lobe - 1, source, scaled.inputs[1])
         glossy = new("ShaderNodeBsdfAnisotropic", _name("Glossy", lobe), 2, lobe)
         glossy.distribution = "GGX"
         links.new(scaled.outputs["Vector"], glossy.inputs["Color"])

@@ -34,7 +34,12 @@ COLUMNS = {"ggx": 2, "beckmann": 2, "phong_ramp": 8, "diffuse_ramp": 8}
 # How many kernels of the residual fit into the solid angle that one direction stands for: so many
 # that the blur is far below a picture's noise, or so few that light sampling sees them well.
 KERNELS_PER_DIRECTION = {"exact": 1000.0, "smooth": 30.0}
+LARGEST_EXPONENT = 1e5  # of a kernel
 RESIDUAL_BOOST = {"exact": 3.0, "smooth": 1.0}
+
+# Shares of the residual's directions that do not follow the lobes: in proportion to the cosine,
+# and uniformly in h.
+COSINE_SHARE, UNIFORM_SHARE = 0.2, 0.1
 
 
 @dataclass(frozen=True)
@@ -160,7 +165,10 @@ def _base_definitions(base: BaseTables, sampling: str) -> str:
         return definitions
     lobe = _template("residual_lobe").substitute(
         kernels_per_direction=_float(KERNELS_PER_DIRECTION[sampling]),
+        largest_exponent=_float(LARGEST_EXPONENT),
         residual_boost=_float(RESIDUAL_BOOST[sampling]),
+        cosine_share=_float(COSINE_SHARE),
+        uniform_share=_float(UNIFORM_SHARE),
     )
     return f"{definitions}\n{_text('base_value')}\n{lobe}"
 

@@ -24,6 +24,9 @@ def _module(name: str, *arguments: str) -> tuple[str, ...]:
 VERBS = {
     "demo": Verb("fit and render a sample material", _module("runner.blender", "demo")),
     "fit": Verb("fit a measured file", _module("fitter", "fit"), loads_blender=False),
+    "export": Verb(
+        "write fitted parameters as a MERL file", _module("fitter", "export"), loads_blender=False
+    ),
     "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
     "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),

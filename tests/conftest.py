@@ -2,14 +2,15 @@
 
 import importlib
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
-from fitter import geometry, synthetic
+from fitter import geometry, merl, synthetic
 from fitter.measurement import BinReport, Measurement, Source
 from runner import blender as loader
 from runner.environment import CHECKOUT
@@ -19,11 +20,34 @@ loader.use_scratch_settings()
 
 
 @pytest.fixture(scope="session")
-def extension() -> ModuleType:
-    """The root module of the checkout, enabled in Blender as an extension."""
+def extension() -> Iterator[ModuleType]:
+    """The root module of the checkout, enabled in Blender as an extension.
+
+    It fits the base lobes and writes the shader of equal models once: many tests import the same
+    material.
+    """
     if importlib.util.find_spec("bpy") is None:
         pytest.skip("bpy is not installed")
-    return loader.load_extension()
+    root = loader.load_extension()
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in (("shader_source", "fit_base_lobes"), ("material", "new_surface")):
+            owner = importlib.import_module(f"{root.__name__}.nfm_addon.{module}")
+            patch.setattr(owner, name, once_for_each_model(getattr(owner, name)))
+        yield root
+
+
+def once_for_each_model(function: Callable) -> Callable:
+    """The function with a memory: of models by their numbers, whichever object holds them."""
+    answers = {}
+
+    def remembered(model: object, *arguments: object, **options: object) -> object:
+        numbers = (getattr(model, field.name).tobytes() for field in fields(model))
+        key = (type(model), *numbers, *arguments, *options.items())
+        if key not in answers:
+            answers[key] = function(model, *arguments, **options)
+        return answers[key]
+
+    return remembered
 
 
 @pytest.fixture
@@ -77,3 +101,12 @@ def make_measurement():
 def two_lobes(make_measurement):
     """A clear coat over flakes and a diffuse base."""
     return make_measurement(*synthetic.tabulate(synthetic.SAMPLES["copper-paint"]))
+
+
+@pytest.fixture(scope="session")
+def measured(tmp_path_factory, two_lobes):
+    """The same as a MERL file, which tests leave as it is."""
+    path = tmp_path_factory.mktemp("measured") / "copper.binary"
+    merl.write(path, two_lobes.f_r, two_lobes.valid)
+    yield path
+    path.unlink()

@@ -1,7 +1,12 @@
 """Factor models of several classes for tests that need no measurement and no fit."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
+from fitter import polar_grid
+from fitter.anisotropic_model import AnisotropicModel
 from fitter.geometry import theta_d_centres, theta_h_centres
 from fitter.model import FactorModel
 from fitter.splines import masking_nodes
@@ -56,4 +61,67 @@ MODELS = {
         [[0.3] * 3, [2.0, 1.5, 2.5], [1.0, 0.5, 0.5]],
     ),
     "velvet": velvet(),
+}
+
+
+def bilinear(table, theta, phi, last_row=(0,) * 48):
+    """A table (6, 48) of an anisotropic model at one direction, with a row at 90 degrees."""
+    rows = [*table, last_row]
+    row, column = math.degrees(theta) / 15, math.degrees(phi) % 360 / 7.5
+    r, c = min(int(row), 5), int(column) % 48
+    t, s = row - r, column - int(column)
+    return (1 - t) * ((1 - s) * rows[r][c] + s * rows[r][(c + 1) % 48]) + t * (
+        (1 - s) * rows[r + 1][c] + s * rows[r + 1][(c + 1) % 48]
+    )
+
+
+def ggx_at(h, alpha_x, alpha_y):
+    """Anisotropic GGX at unit vectors (..., 3)."""
+    slope2 = (h[..., 0] / alpha_x) ** 2 + (h[..., 1] / alpha_y) ** 2 + h[..., 2] ** 2
+    return 1 / (np.pi * alpha_x * alpha_y * slope2**2)
+
+
+def smith_at(w, alpha_x, alpha_y):
+    slope2 = (w[..., 0] * alpha_x) ** 2 + (w[..., 1] * alpha_y) ** 2
+    return 2 / (1 + np.sqrt(1 + slope2 / w[..., 2] ** 2))
+
+
+def make_anisotropic(diffuse, f0, alphas, weights):
+    """Sum of GGX lobes with two roughnesses each, tabulated at the nodes."""
+    f0 = np.array(f0)[:, None]
+    nodes = polar_grid.directions()
+    return AnisotropicModel(
+        diffuse=np.array(diffuse) / np.pi,
+        scale=np.array(weights) / 4,
+        ndf=np.stack([ggx_at(nodes, *a).reshape(polar_grid.GRID) for a in alphas]),
+        masking=np.stack([smith_at(nodes, *a).reshape(polar_grid.GRID) for a in alphas]),
+        fresnel=f0 + (1 - f0) * (1 - np.cos(theta_d_centres())) ** 5,
+    ).normalized()
+
+
+def anisotropic_pile():
+    """D grows towards grazing half vectors on one side, as that of cloth whose pile leans."""
+    model = make_anisotropic(
+        (0.1, 0.02, 0.05), (0.05,) * 3, ((0.4, 0.7), (0.7, 0.5), (0.9, 0.9)), np.full((3, 3), 0.3)
+    )
+    nodes = polar_grid.directions()
+    sheen = (1 - nodes[:, 2]) * (1 + 0.6 * nodes[:, 0])
+    ndf = np.stack([*model.ndf[:2], sheen.reshape(polar_grid.GRID)])
+    return replace(model, ndf=ndf, scale=model.scale * [[1], [1], [4]]).normalized()
+
+
+ANISOTROPIC_MODELS = {
+    "brushed": make_anisotropic(
+        (0.02, 0.01, 0.01),
+        (0.9, 0.7, 0.5),
+        ((0.12, 0.4), (0.3, 0.5), (0.6, 0.6)),
+        [[0.5] * 3, [0.3] * 3, [0.2] * 3],
+    ),
+    "satin": make_anisotropic(
+        (0.1, 0.2, 0.4),
+        (0.2, 0.2, 0.25),
+        ((0.5, 0.2), (0.3, 0.9), (0.8, 0.8)),
+        [[0.6, 0.5, 0.4], [0.3, 0.4, 0.3], [0.2, 0.2, 0.4]],
+    ),
+    "pile": anisotropic_pile(),
 }

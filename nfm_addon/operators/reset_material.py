@@ -8,6 +8,7 @@ from bpy.utils import register_classes_factory
 
 from .. import material as materials
 from ..context import NeedsMaterial, measured_material
+from ..node_group import LOBE_SOCKETS
 
 
 class NFM_OT_reset_material(NeedsMaterial, bpy.types.Operator):
@@ -22,7 +23,7 @@ class NFM_OT_reset_material(NeedsMaterial, bpy.types.Operator):
         item = measured_material(context)
         node = materials.find_group_node(item)
         defaults = node.node_tree.interface.items_tree
-        for name in ("Diffuse", *materials.LOBE_SOCKETS):
+        for name in ("Diffuse", *LOBE_SOCKETS):
             node.inputs[name].default_value = defaults[name].default_value
         item.nfm.mute = item.nfm.solo = (False,) * 3
         return {"FINISHED"}

@@ -82,8 +82,8 @@ def test_cycles_shows_a_lambert_sphere_as_bright(name, extension, addon, tmp_pat
     model = FactorModel(
         np.array([0.6, 0.4, 0.2]) / np.pi, 0 * metal.scale, metal.ndf, metal.masking, metal.fresnel
     )
-    diffuse = render.principled.build(
-        render.principled.Principled(0.0, 1.0, (0.6, 0.4, 0.2), 1.0, (1.0,) * 3, 0.0)
+    diffuse = render.principled_node.build(
+        render.principled_node.Inputs(0.0, 1.0, (0.6, 0.4, 0.2), 1.0, (1.0,) * 3, 0.0)
     )
     picture, _ = stage.render(diffuse, 128, 0)
     shown = stage.block_means(picture)

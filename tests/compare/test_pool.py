@@ -18,14 +18,6 @@ from fitter.errors import NfmError
 SETTINGS = Settings("log")
 
 
-@pytest.fixture(scope="module")
-def measured(tmp_path_factory, two_lobes):
-    path = tmp_path_factory.mktemp("measured") / "copper.binary"
-    merl.write(path, two_lobes.f_r, two_lobes.valid)
-    yield path
-    path.unlink()
-
-
 @pytest.fixture
 def here(monkeypatch, tmp_path, make_result):
     """What a worker does, in this process and without fits."""

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from fitter import fit, geometry, metrics, quality, splines
+from fitter.base_lobes import fit_base_lobes
 from fitter.model import FactorModel
 from fitter.problem import Problem
+from tests.models import MODELS
 
 
 def smith_masking(theta, alpha):
@@ -62,6 +64,12 @@ def planted_measurement(planted, make_measurement):
 
 
 @pytest.fixture(scope="session")
+def bases():
+    """Base lobes of MODELS by name."""
+    return {name: fit_base_lobes(model) for name, model in MODELS.items()}
+
+
+@pytest.fixture(scope="session")
 def coarse(two_lobes):
     """A problem on which everything takes milliseconds."""
     return Problem(two_lobes, phi_group=9, n_angles=120)
@@ -93,10 +101,10 @@ def short_fit(monkeypatch):
         sweeps=1,
         explore_steps=1,
         refine_steps=1,
-        coarse_phi_group=9,
-        coarse_angles=120,
+        coarse_phi_group=45,
+        coarse_angles=60,
         polish_steps=1,
-        polish_angles=180,
+        polish_angles=60,
     )
     for name in quality.QUALITIES:
         monkeypatch.setitem(quality.QUALITIES, name, short)

@@ -102,12 +102,22 @@ def test_black_model():
     black = replace(MODELS["matte"], scale=np.zeros((3, 3)), diffuse=np.zeros(3))
     error = base_error(black, fit_base_lobes(black, GLOSSY))
     assert (error.directional, error.image, error.psnr) == (0, 0, np.inf)
+    assert error.figures()["native_psnr"] == 200  # what JSON and Blender's properties can hold
+
+
+def test_figures(model, base):
+    error = base_error(model, scaled(base, 1.1))
+    assert error.figures() == {
+        "native_error": error.image,
+        "native_directional_error": error.directional,
+        "native_psnr": error.psnr,
+    }
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_fitted_bases(name):
+def test_fitted_bases(bases, name):
     """The targets of native sampling, on these models."""
-    error = base_error(MODELS[name], fit_base_lobes(MODELS[name]))
+    error = base_error(MODELS[name], bases[name])
     assert 0 < error.image < (0.004 if name == "metal" else 0.001)
     assert error.image < error.directional < 0.02
     assert error.psnr > 55

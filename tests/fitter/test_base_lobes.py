@@ -64,11 +64,6 @@ EXTREMES = {
 }
 
 
-@pytest.fixture(scope="module")
-def bases():
-    return {name: fit_base_lobes(model) for name, model in MODELS.items()}
-
-
 @pytest.fixture(params=MODELS)
 def name(request):
     return request.param

@@ -215,10 +215,60 @@ def test_density_goes_with_the_value(closure, above):
     np.testing.assert_allclose(closure.density(above, wo) * cos_i, expected, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["ggx", "beckmann"])
-def test_density_of_microfacets_is_not_known(kind, above):
-    with pytest.raises(NotImplementedError):
-        Closure(kind, 0.1).density(above, direction(0))
+def visible_normals(kind, alpha, wo, count):
+    """Normals (n, 3) that wo sees, n < count, drawn by rejection from a surface of alpha = 1.
+
+    Stretching a surface by alpha keeps what is seen (Heitz and d'Eon 2014). With alpha = 1 the
+    normals of GGX are those of a hemisphere, and the slopes of Beckmann are normally distributed.
+    """
+    rng = np.random.default_rng(0)
+    seen_from = normalized(wo * [alpha, alpha, 1])
+    if kind == "ggx":
+        normals = normalized(rng.normal(size=(count, 3)))
+        normals[:, 2] = np.abs(normals[:, 2])
+        most = 1
+    else:
+        # all have the same area on the ground, hence the length 1 / cos
+        normals = np.append(rng.normal(0, np.sqrt(0.5), (count, 2)), np.ones((count, 1)), 1)
+        most = seen_from[2] + 5 * seen_from[0]
+    normals = normals[rng.random(count) * most < normals @ seen_from]
+    return normalized(normals * [alpha, alpha, 1])
+
+
+@pytest.mark.parametrize("closure", MICROFACETS, ids=str)
+@pytest.mark.parametrize("theta_o", VIEWS)
+def test_density_of_microfacets_is_that_of_visible_normals(closure, theta_o):
+    """Chi-square over cells of the half vector, and one for what is reflected below the horizon."""
+    wo = direction(theta_o)
+
+    def counts(h, weight):
+        slope = np.hypot(h[:, 0], h[:, 1]) / h[:, 2] / closure.parameter
+        ring = np.searchsorted([0.25, 0.5, 0.75, 1, 1.5, 2.5], slope)
+        sector = (np.abs(np.arctan2(h[:, 1], h[:, 0])) / np.pi * 4).astype(int)
+        return np.bincount(ring * 4 + sector, weight, 28)
+
+    normals = visible_normals(closure.kind, closure.parameter, wo, 100_000)
+    up = 2 * (normals @ wo) * normals[:, 2] - wo[2] > 0
+    observed = np.append(counts(normals[up], None), (~up).sum())
+    view = view_quadrature(theta_o, 1000, 16)
+    shares = closure.density(view.wi, view.wo) * view.solid_angle
+    assert shares.sum() < 1.001
+    below = max(1 - shares.sum(), 0)
+    expected = np.append(counts(normalized(view.wi + wo), shares), below) * len(normals)
+    common = expected > 20
+    chi_square = ((observed - expected)[common] ** 2 / expected[common]).sum()
+    n = common.sum()
+    assert n >= 5
+    assert chi_square < n + 4 * np.sqrt(2 * n)
+
+
+@pytest.mark.parametrize("closure", MICROFACETS, ids=str)
+def test_density_of_microfacets_below_the_horizon(closure, around):
+    for theta_o in VIEWS:
+        density = closure.density(around, direction(theta_o))
+        assert (density[around[:, 2] <= 0] == 0).all()
+        assert (density >= 0).all()
+        assert density.max() > 0
 
 
 # ---- where a ramp leans ----

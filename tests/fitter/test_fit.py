@@ -133,7 +133,8 @@ def test_lobes_that_an_update_kills_are_revived(coarse, random_model, monkeypatc
 @pytest.mark.parametrize("name", quality.QUALITIES)
 def test_every_quality_ends_where_it_says(two_lobes, name, monkeypatch):
     work = replace(quality.QUALITIES[name], sweeps=1, explore_steps=1, refine_steps=1)
-    work = replace(work, polish_steps=min(work.polish_steps, 1), coarse_phi_group=9)
+    work = replace(work, polish_steps=min(work.polish_steps, 1), coarse_phi_group=45)
+    work = replace(work, coarse_angles=60, polish_angles=60)
     monkeypatch.setitem(quality.QUALITIES, name, work)
     steps = list(fit.fit_steps(two_lobes, quality=name))
     assert steps[-1].stage == ("polish" if work.polish_steps else "refine")
@@ -260,6 +261,7 @@ def test_other_weight(short_fit, two_lobes):
     assert problem.objective_of(result.model) == pytest.approx(result.objective, rel=1e-9)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_black_material(short_fit, make_measurement):
     result = fit.fit(make_measurement(np.full((90, 90, 180, 3), 1e-9)))
     assert all(np.isfinite(getattr(result.model, name)).all() for name in FACTORS)

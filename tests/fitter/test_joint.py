@@ -94,13 +94,13 @@ def test_exactly_nine_null_directions(coarse, random_model):
 
 @pytest.mark.parametrize("strength", [0, 0.3])
 @pytest.mark.parametrize("seed", range(3))
-def test_every_step_lowers_the_objective(coarse, random_model, seed, strength):
+def test_every_step_lowers_the_objective(tiny, random_model, seed, strength):
     first = random_model(seed)
-    start = objective = joint.objective_of(coarse, first, strength)
+    start = objective = joint.objective_of(tiny, first, strength)
     n = 0
-    for model, value in islice(joint.refine(coarse, first, strength), 6):
+    for model, value in islice(joint.refine(tiny, first, strength), 6):
         assert value < objective
-        assert joint.objective_of(coarse, model, strength) == pytest.approx(value, rel=1e-9)
+        assert joint.objective_of(tiny, model, strength) == pytest.approx(value, rel=1e-9)
         objective = value
         n += 1
         for name in ("ndf", "masking", "fresnel"):
@@ -109,7 +109,7 @@ def test_every_step_lowers_the_objective(coarse, random_model, seed, strength):
     assert objective < start / 2
 
 
-def test_zeros_stay_zero_and_nothing_turns_nan(coarse, random_model):
+def test_zeros_stay_zero_and_nothing_turns_nan(tiny, random_model):
     rng = np.random.default_rng(3)
     start = random_model(3)
     zeroed = {
@@ -119,7 +119,7 @@ def test_zeros_stay_zero_and_nothing_turns_nan(coarse, random_model):
     scale = start.scale.copy()
     scale[1, 2] = 0
     start = replace(start, **zeroed, scale=scale, diffuse=np.array([0, 0.1, 0]))
-    steps = list(islice(joint.refine(coarse, start), 5))
+    steps = list(islice(joint.refine(tiny, start), 5))
     assert len(steps) == 5
     for model, value in steps:
         assert np.isfinite(value)
@@ -133,11 +133,11 @@ def test_zeros_stay_zero_and_nothing_turns_nan(coarse, random_model):
     assert (steps[-1][0].diffuse > 0).any()
 
 
-def test_dead_lobe_stays_dead(coarse, random_model):
+def test_dead_lobe_stays_dead(tiny, random_model):
     start = random_model(4)
     ndf = start.ndf.copy()
     ndf[1] = 0
-    steps = list(islice(joint.refine(coarse, replace(start, ndf=ndf)), 3))
+    steps = list(islice(joint.refine(tiny, replace(start, ndf=ndf)), 3))
     assert len(steps) == 3
     for model, _ in steps:
         np.testing.assert_array_equal(model.ndf[1], 0)
@@ -169,11 +169,11 @@ def test_prior_enters_the_normal_equations(coarse, random_model, strength):
     np.testing.assert_allclose(slope, unit * expected, atol=1e-9 * np.abs(slope).max())
 
 
-def test_prior_puts_factors_in_order(coarse, random_model):
+def test_prior_puts_factors_in_order(tiny, random_model):
     """With it, steps from the same start end with less disorder."""
-    start = fit.sweep(coarse, random_model(7), hold_lobes=True)
+    start = fit.sweep(tiny, random_model(7), hold_lobes=True)
     free, ordered = (
-        list(islice(joint.refine(coarse, start, strength), 12))[-1][0] for strength in (0, 1)
+        list(islice(joint.refine(tiny, start, strength), 12))[-1][0] for strength in (0, 1)
     )
     assert prior.disorder(ordered, 1) < prior.disorder(free, 1) / 3
 
@@ -185,9 +185,9 @@ def test_objective_includes_the_disorder(coarse, random_model):
     assert expected > 1.1 * coarse.objective_of(model)
 
 
-def test_start_is_not_modified(coarse, random_model):
+def test_start_is_not_modified(tiny, random_model):
     model = random_model(5)
     before = {name: getattr(model, name).copy() for name in FACTORS}
-    next(joint.refine(coarse, model))
+    next(joint.refine(tiny, model))
     for name in FACTORS:
         np.testing.assert_array_equal(getattr(model, name), before[name])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from fitter.line_search import golden_section_search
+from fitter.line_search import golden_section_search, least_around_nodes
 
 
 @pytest.mark.parametrize("least", [-0.9, 0.123456, 2.7])
@@ -25,3 +25,14 @@ def test_one_evaluation_a_step():
     golden_section_search(function, 0, 1, tolerance=1e-3)
     # 0.618^15 < 1e-3 < 0.618^14: two points to start with, one for each of 15 steps
     assert len(asked) == 17
+
+
+@pytest.mark.parametrize("least", [0.0, 1.3, 4.4, 5.0])
+def test_valley_of_several_is_found_by_its_node(least):
+    """Shallow valleys around the other nodes are left alone."""
+
+    def function(x):
+        return min(abs(x - least), 0.5 + abs(x - round(x)))
+
+    got = least_around_nodes(function, range(6), tolerance=1e-5)
+    assert got == pytest.approx(least, abs=1e-5)

@@ -4,7 +4,8 @@ import itertools
 import numpy as np
 import pytest
 
-from fitter.nnls import solve_nonnegative, solve_partly_nonnegative
+from fitter import nnls
+from fitter.nnls import PartlyNonnegative, solve_nonnegative, solve_partly_nonnegative
 
 
 def random_problems(size, rows, seed=0, n=200):
@@ -220,4 +221,57 @@ def test_partly_inputs_are_not_modified():
     before = matrix.copy(), right.copy(), mask.copy()
     solve_partly_nonnegative(matrix, right, mask)
     for array, old in zip((matrix, right, mask), before, strict=True):
+        np.testing.assert_array_equal(array, old)
+
+
+# ---- many problems, some unknowns free ----
+
+
+def many_problems(size=9, n=12, count=25):
+    """A few matrices and many right sides for each."""
+    matrix, _ = random_problems(size, rows=12, seed=11, n=n)
+    right = np.random.default_rng(12).standard_normal((n, count, size))
+    return matrix, right
+
+
+@pytest.mark.parametrize("mask", MASKS.values(), ids=MASKS)
+@pytest.mark.parametrize("guess", [False, True])
+def test_many_equal_one_by_one(mask, guess):
+    mask = np.array(mask)
+    matrix, right = many_problems(len(mask))
+    start = np.random.default_rng(13).standard_normal(right.shape) if guess else None
+    got = PartlyNonnegative(matrix, mask).solve(right, start)
+    expected = [
+        [solve_partly_nonnegative(a, b, mask) for b in rows]
+        for a, rows in zip(matrix, right, strict=True)
+    ]
+    np.testing.assert_allclose(got, expected, rtol=1e-7, atol=1e-9)
+    if mask.any():
+        assert 0.1 < np.mean(got[..., mask] > 0) < 0.9
+        assert (got[..., mask] >= 0).all()
+
+
+def test_what_pivoting_leaves_is_solved_too(monkeypatch):
+    monkeypatch.setattr(nnls, "_MOST_EXCHANGES", 1)
+    test_many_equal_one_by_one(MASKS["mixed"], False)
+
+
+def test_many_ill_conditioned():
+    rng = np.random.default_rng(8)
+    for share in (1.0, 0.8, 0.5):
+        matrix, right = lean_columns(rng, 1e-2)
+        nonnegative = rng.random(40) < share
+        x = PartlyNonnegative(matrix[None], nonnegative).solve(right[None, None])[0, 0]
+        gradient = (right - matrix @ x) / np.abs(right).max()
+        assert (x[nonnegative] >= 0).all()
+        assert gradient.max() < 1e-6
+        assert np.abs(gradient[(x != 0) | ~nonnegative]).max() < 1e-6
+
+
+def test_many_inputs_are_not_modified():
+    matrix, right = many_problems(7)
+    mask, start = np.array(MASKS["mixed"]), np.ones(right.shape)
+    before = [part.copy() for part in (matrix, right, mask, start)]
+    PartlyNonnegative(matrix, mask).solve(right, start)
+    for array, old in zip((matrix, right, mask, start), before, strict=True):
         np.testing.assert_array_equal(array, old)

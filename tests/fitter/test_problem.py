@@ -89,6 +89,19 @@ def test_perfect_model_has_almost_no_error(planted, planted_measurement):
     assert errors[1] < errors[0] / 2
 
 
+def test_error_of_a_perfect_model_is_not_negative(make_measurement, planted):
+    """What rounding makes of a difference that is 0; the joint steps take its square root."""
+    levels = np.random.default_rng(0).uniform(1e-9, 1, (12, 3))
+    errors = []
+    for level in levels:
+        f_r = np.broadcast_to(level, (90, 90, 180, 3))
+        problem = Problem(make_measurement(f_r), n_angles=60, phi_group=45)
+        matte = replace(planted, diffuse=level, scale=np.full((3, 3), 1e-28))
+        errors.append(problem.objective_of(matte))
+    assert min(errors) >= 0
+    assert max(errors) < 1e-13
+
+
 def test_groups_of_phi_d_hardly_matter_for_a_smooth_material(two_lobes, planted):
     fine, grouped = (
         Problem(two_lobes, phi_group=n, n_angles=360).objective_of(planted) for n in (1, 3)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from fitter.closures import Closure
-from fitter.quadrature import LEAST_COS_I, view_quadrature
+from fitter.quadrature import LEAST_COS_I, HalfVectors, view_quadrature
 
 DEGREES = [0, 0.5, 30, 60, 80, 86, 88]
 
@@ -98,3 +98,42 @@ def test_more_points_are_more_exact():
         for view in (view_quadrature(theta, 12, 4), view_quadrature(theta, 96, 32))
     ]
     assert errors[1] < errors[0] / 10
+
+
+# ---- half vectors ----
+
+
+@pytest.fixture
+def even_rings():
+    """Rings of 1 degree."""
+    edges = np.radians(np.arange(91))
+    return HalfVectors.on_rings(
+        (edges[1:] + edges[:-1]) / 2, -2 * np.pi * np.diff(np.cos(edges)), 40
+    )
+
+
+def test_half_vectors_cover_half_the_hemisphere_with_all_its_solid_angle(even_rings):
+    h = even_rings.h
+    assert h.shape == (90 * 40, 3)
+    np.testing.assert_allclose(np.linalg.norm(h, axis=1), 1, rtol=1e-12)
+    assert (h[:, 1:] > 0).all()
+    assert even_rings.solid_angle.sum() == pytest.approx(2 * np.pi, rel=1e-12)
+    for squared in (h**2).T:
+        assert (squared * even_rings.solid_angle).sum() == pytest.approx(2 * np.pi / 3, rel=1e-3)
+
+
+def test_light_directions_are_mirrored_about_half_vectors(even_rings, degrees):
+    view = even_rings.at_view(np.radians(degrees))
+    h = view.wi + view.wo
+    h /= np.linalg.norm(h, axis=1)[:, None]
+    found = np.abs(h[:, None, 2] - even_rings.h[None, :, 2]).min(1)
+    assert found.max() < 1e-12
+    assert (view.wi[:, 2] > 0).all()
+    # the part of the hemisphere that lies between points at the horizon is not seen
+    assert view.solid_angle.sum() == pytest.approx(2 * np.pi, rel=0.02)
+
+
+def test_least_cosine(even_rings):
+    low = even_rings.at_view(1.0, 0.3)
+    assert low.wi[:, 2].min() > 0.3
+    assert len(low.wi) == (even_rings.at_view(1.0).wi[:, 2] > 0.3).sum()

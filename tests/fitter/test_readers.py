@@ -5,14 +5,6 @@ from fitter import merl, readers
 from fitter.errors import MeasurementError
 
 
-@pytest.fixture(scope="module")
-def measured(tmp_path_factory, two_lobes):
-    path = tmp_path_factory.mktemp("measured") / "copper.binary"
-    merl.write(path, two_lobes.f_r, two_lobes.valid)
-    yield path
-    path.unlink()
-
-
 @pytest.mark.parametrize("name", ["copper.binary", "copper.bin", "copper.bsdf", "copper"])
 def test_content_decides(measured, tmp_path, name):
     path = tmp_path / name

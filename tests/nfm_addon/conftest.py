@@ -7,6 +7,8 @@ import sys
 import pytest
 
 from fitter import parameter_file
+from fitter.base_error import base_error
+from fitter.base_lobes import fit_base_lobes
 from fitter.measurement import Source
 from fitter.parameter_file import FittedMaterial
 from tests.models import MODELS
@@ -31,6 +33,12 @@ def fitted():
             "bins_not_finite": 8_000,
         },
     )
+
+
+@pytest.fixture(scope="session")
+def native_error(fitted):
+    """Error of the base lobes of the fitted material."""
+    return base_error(fitted.model, fit_base_lobes(fitted.model))
 
 
 @pytest.fixture

@@ -203,13 +203,15 @@ def small_demo(addon, monkeypatch, small_sphere):
 
 
 def test_demo_of_a_given_file_prints_its_picture(
-    main, small_demo, parameter_path, tmp_path, capsys
+    main, small_demo, parameter_path, native_error, tmp_path, capsys
 ):
     folder = tmp_path / "new" / "demo"
     assert main(["demo", str(parameter_path), "-o", str(folder)]) == 0
     report = capsys.readouterr().out
     assert "synthetic" not in report
     assert re.search(r"^material +blue plastic$", report, re.M)
+    assert f"\nnative sampling {native_error.image:.2%} error of a picture in a studio\n" in report
+    assert f"\n{'':<16}{native_error.psnr:.1f} dB against the model\n" in report
     path = folder / "blue.nfm.png"
     assert report.endswith(f"\nThe picture is {path}\n")
     assert path.read_bytes().startswith(b"\x89PNG")

@@ -51,12 +51,24 @@ def test_top_row_comes_first(blender, images, pixels, tmp_path):
 def test_input_is_not_modified_and_result_is_writable(images, pixels, tmp_path):
     path, before = tmp_path / "picture.exr", pixels.copy()
     images.write_linear(path, pixels)
+    images.write_picture(tmp_path / "picture.png", pixels)
     np.testing.assert_array_equal(pixels, before)
     images.read_linear(path)[0, 0] = 5
 
 
+def test_pictures_are_encoded_for_the_display(images, tmp_path):
+    """Against the known codes of sRGB; Blender decodes to the linear values again."""
+    path = tmp_path / "picture.png"
+    linear = np.array([[-1, 0, 0.001], [0.2122, 0.5, 1], [2, 0.0144, 0.7305]])[:, None]
+    images.write_picture(path, linear)
+    expected = np.array([[0, 0, 3], [127, 188, 255], [255, 32, 222]])
+    found = np.rint(images.read_linear(path)[:, 0] * 255)
+    np.testing.assert_allclose(found, expected, atol=1)
+
+
 def test_nothing_stays_in_the_file(images, pixels, tmp_path, all_names):
     before = all_names()
+    images.write_picture(tmp_path / "picture.png", pixels)
     images.write_linear(tmp_path / "picture.exr", pixels)
     images.read_linear(tmp_path / "picture.exr")
     assert all_names() == before
@@ -86,10 +98,11 @@ def test_corrupt_image(function, content, images, refused, tmp_path, all_names):
     assert all_names() == before
 
 
-def test_unwritable_target(images, refused, pixels, tmp_path, all_names):
+@pytest.mark.parametrize("function", ["write_linear", "write_picture"])
+def test_unwritable_target(function, images, refused, pixels, tmp_path, all_names):
     path = tmp_path / "folder.exr"
     path.mkdir()
     before = all_names()
     with pytest.raises(refused, match=r"^folder\.exr: cannot be written; choose another"):
-        images.write_linear(path, pixels)
+        getattr(images, function)(path, pixels)
     assert all_names() == before

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from fitter import merl, parameter_file, synthetic
-from fitter.base_error import base_error
-from fitter.base_lobes import fit_base_lobes
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
 
@@ -289,14 +287,13 @@ def test_error_of_native_sampling_is_told(import_file, parameter_path, mesh_obje
     assert "native" not in capfd.readouterr().out
 
 
-def test_native_sampling_by_default(addon, import_file, parameter_path, mesh_object, fitted):
+def test_native_sampling_by_default(addon, import_file, parameter_path, mesh_object, native_error):
     item = mesh_object()
     import_file(parameter_path)
     settings = item.active_material.nfm
     assert settings.sampling == "NATIVE"
-    error = base_error(fitted.model, fit_base_lobes(fitted.model))
-    assert settings.native_error == pytest.approx(error.image, rel=1e-6)
-    assert settings.native_psnr == pytest.approx(error.psnr, rel=1e-6)
+    assert settings.native_error == pytest.approx(native_error.image, rel=1e-6)
+    assert settings.native_psnr == pytest.approx(native_error.psnr, rel=1e-6)
     source = addon("material").find_script_node(item.active_material).script.as_string()
     assert "sum = base_lobes(" in source
 
@@ -421,7 +418,7 @@ def test_shader_that_does_not_compile_leaves_nothing(
     monkeypatch.setattr(
         addon("material"),
         "new_surface",
-        lambda *_: addon("shader_source").Surface("shader broken("),
+        lambda *_: addon("shader_source").Surface("shader broken(", None),
     )
     item = mesh_object(slots=1)
     before = all_names()

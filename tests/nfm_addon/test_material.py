@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter.base_error import base_error
-from fitter.base_lobes import fit_base_lobes
 from fitter.parameter_file import FittedMaterial
 from tests.models import MODELS
 
@@ -128,7 +126,9 @@ def test_name_does_not_reach_the_shader(name, build, script_of):
 
 def test_failed_compilation_leaves_nothing(addon, build, errors, all_names, monkeypatch, tmp_path):
     monkeypatch.setattr(
-        addon("material"), "new_surface", lambda *_: addon("shader_source").Surface(BROKEN_SHADER)
+        addon("material"),
+        "new_surface",
+        lambda *_, **__: addon("shader_source").Surface(BROKEN_SHADER, None),
     )
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     before = all_names()
@@ -212,7 +212,7 @@ def test_damaged_parameters_leave_the_shader(parameters, addon, build, script_of
     before = (script.script.as_string(), script.bytecode, len(script.inputs))
     material.nfm.parameters = parameters
     with pytest.raises(errors.NfmError, match=r"^material 'blue plastic': "):
-        addon("material").update_shader(material)
+        addon("editing").refresh(material)
     assert (script.script.as_string(), script.bytecode, len(script.inputs)) == before
 
 
@@ -231,10 +231,13 @@ def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkey
     before = (script.script.as_string(), script.bytecode, script.bytecode_hash)
     links = len(script.id_data.links)
     monkeypatch.setattr(
-        addon("material"), "new_surface", lambda *_: addon("shader_source").Surface(BROKEN_SHADER)
+        addon("editing"),
+        "new_surface",
+        lambda *_, **__: addon("shader_source").Surface(BROKEN_SHADER, None),
     )
+    material.nfm.edit.edge_strength = 2
     with pytest.raises(errors.ShaderError):
-        addon("material").update_shader(material)
+        addon("editing").refresh(material)
     assert (script.script.as_string(), script.bytecode, script.bytecode_hash) == before
     assert len(script.id_data.links) == links
 
@@ -296,33 +299,33 @@ def test_candidates_are_those_of_the_sampling(sampling, candidates, build, scrip
 def test_writing_the_shader_anew_keeps_candidates(addon, build, script_of):
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
-    addon("material").update_shader(material)
+    material.nfm.edit.edge_strength = 2
+    assert addon("editing").refresh(material)
     assert script_of(material).inputs["Candidates"].default_value == 7
 
 
 def test_failed_change_of_sampling_leaves_candidates(addon, build, script_of, monkeypatch, capfd):
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
-    surface = addon("shader_source").Surface(BROKEN_SHADER)
-    monkeypatch.setattr(addon("material"), "new_surface", lambda *_: surface)
+    surface = addon("shader_source").Surface(BROKEN_SHADER, None)
+    monkeypatch.setattr(addon("editing"), "new_surface", lambda *_, **__: surface)
     material.nfm.sampling = "REFERENCE"
     assert script_of(material).inputs["Candidates"].default_value == 7
     assert "nfm: Cycles could not compile" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("sampling", ["NATIVE", "SMOOTH", "EXACT"])
-def test_error_of_the_base_is_told(sampling, build, fitted):
-    error = base_error(fitted.model, fit_base_lobes(fitted.model))
-    assert 0 < error.image < 0.01
+def test_error_of_the_base_is_told(sampling, build, native_error):
+    assert 0 < native_error.image < 0.01
     built, changed = build(sampling=sampling), build(sampling="REFERENCE")
     assert changed.nfm.native_error == changed.nfm.native_psnr == 0
     changed.nfm.sampling = sampling
     for material in (built, changed):
-        assert material.nfm.native_error == pytest.approx(error.image, rel=1e-6)
-        assert material.nfm.native_psnr == pytest.approx(error.psnr, rel=1e-6)
+        assert material.nfm.native_error == pytest.approx(native_error.image, rel=1e-6)
+        assert material.nfm.native_psnr == pytest.approx(native_error.psnr, rel=1e-6)
     # it is of the model, and remains true
     changed.nfm.sampling = "COSINE"
-    assert changed.nfm.native_error == pytest.approx(error.image, rel=1e-6)
+    assert changed.nfm.native_error == pytest.approx(native_error.image, rel=1e-6)
 
 
 def test_error_of_a_black_material_is_a_number(build):

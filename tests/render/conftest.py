@@ -32,24 +32,9 @@ def script_material(blender, addon):
     return build
 
 
-@pytest.fixture(scope="session")
-def fitted_bases():
-    """Base lobes by the id of their model: the model, so that it stays, and its base."""
-    return {}
-
-
 @pytest.fixture
-def new_material(addon, monkeypatch, fitted_bases):
-    """Material of a factor model; its base lobes are fitted once per session."""
-    source = addon("shader_source")
-    fit_base_lobes = source.fit_base_lobes
-
-    def fit_once(model):
-        if id(model) not in fitted_bases:
-            fitted_bases[id(model)] = model, fit_base_lobes(model)
-        return fitted_bases[id(model)][1]
-
-    monkeypatch.setattr(source, "fit_base_lobes", fit_once)
+def new_material(addon):
+    """Material of a factor model."""
 
     def build(model, sampling="REFERENCE", candidates=None):
         module = addon("material")

@@ -42,7 +42,7 @@ def base_value(addon, monkeypatch):
         source = new_surface(model, "exact").source
         changed, count = after_the_base.subn(lambda found: found[0] + statement, source)
         assert count == 1
-        return addon("shader_source").Surface(changed)
+        return addon("shader_source").Surface(changed, None)
 
     monkeypatch.setattr(module, "new_surface", shader)
     return module.evaluate_through_osl

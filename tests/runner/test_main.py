@@ -59,8 +59,8 @@ def test_python_is_the_plain_interpreter(prepared):
     assert prepared == [("/env/python", ["/env/python", "-c", "pass"])]
 
 
-def test_only_fit_does_without_blender():
-    assert [name for name, verb in VERBS.items() if not verb.loads_blender] == ["fit"]
+def test_verbs_that_do_without_blender():
+    assert [n for n, verb in VERBS.items() if not verb.loads_blender] == ["fit", "export"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Principled BSDF that looks like a fitted material: what it is compared with.
+"""Inputs of Blender's Principled BSDF that look like a fitted material: what it is compared with.
+
+fitter/principled.py is a model with a free F90, fitted to measured bins like ours and graded
+without rendering. This gives what the node takes, so that Cycles can render it.
 
 The match is a least-squares fit of Lambert + GGX to f cos(theta_i) at three view angles,
 
@@ -22,16 +25,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitter.closures import Closure
+from fitter.line_search import least_around_nodes
 from fitter.nnls import solve_nonnegative
+from fitter.quadrature import HalfVectors
 
 VIEW_ANGLES = np.radians([10.0, 30.0, 50.0])
 ALPHAS = np.geomspace(0.004, 1.0, 34)
 METALLIC_BELOW = 0.1  # share of Lambert in the energy
 LARGEST_F0 = 0.9
+N_POLAR, N_AZIMUTH = 60, 24  # half vectors at each view angle
 
 
 @dataclass(frozen=True)
-class Principled:
+class Inputs:
     """Inputs of the matched Principled BSDF.
 
     metallic : 0 or 1
@@ -49,9 +55,7 @@ class Principled:
     error: float
 
 
-def match(
-    f_r: Callable[[np.ndarray, np.ndarray], np.ndarray], *, metal: bool = False
-) -> Principled:
+def match(f_r: Callable[[np.ndarray, np.ndarray], np.ndarray], *, metal: bool = False) -> Inputs:
     """Match a BRDF f_r(wi, wo) -> (n, 3), 1/sr.
 
     metal : known to be one; otherwise the share of Lambert decides
@@ -64,7 +68,7 @@ def match(
     diffuse, f0 = np.clip(colors[:, 0], 0, 1), np.clip(colors[:, 1], 0, LARGEST_F0)
     mean_f0 = max(float(f0.mean()), 1e-4)
     root = np.sqrt(mean_f0)
-    return Principled(
+    return Inputs(
         metallic=float(metallic),
         roughness=float(np.sqrt(alpha)),
         base_color=tuple(map(float, f0 if metallic else diffuse)),
@@ -74,7 +78,7 @@ def match(
     )
 
 
-def build(matched: Principled) -> object:
+def build(matched: Inputs) -> object:
     """The match as a Blender material."""
     import bpy
 
@@ -98,23 +102,13 @@ class _View:
     """Quadrature over wi at one view angle: half vectors dense at the mirror direction."""
 
     def __init__(self, theta: float, f_r: Callable) -> None:
-        n_polar, n_azimuth = 60, 24
         # polar angle of h as the cube of an even grid: bins of 1e-5 degrees at the peak
-        edge = np.linspace(0, 1, n_polar + 1)
+        edge = np.linspace(0, 1, N_POLAR + 1)
         theta_h = ((edge[1:] + edge[:-1]) / 2) ** 3 * np.pi / 2
         width = np.diff(edge**3) * np.pi / 2
-        phi = (np.arange(n_azimuth) + 0.5) / n_azimuth * np.pi  # the other half is the mirror image
-        sin = np.sin(theta_h)[:, None]
-        h = np.stack(
-            np.broadcast_arrays(sin * np.cos(phi), sin * np.sin(phi), np.cos(theta_h)[:, None]), -1
-        ).reshape(-1, 3)
-        self.wo = np.array([np.sin(theta), 0.0, np.cos(theta)])
-        cos_d = h @ self.wo
-        wi = 2 * cos_d[:, None] * h - self.wo
-        keep = (cos_d > 0) & (wi[:, 2] > 0)
-        solid_angle = np.repeat(np.sin(theta_h) * width, n_azimuth) * 2 * np.pi / n_azimuth
-        self.wi = wi[keep]
-        self.measure = (4 * cos_d * solid_angle)[keep]
+        ring = 2 * np.pi * np.sin(theta_h) * width
+        view = HalfVectors.on_rings(theta_h, ring, N_AZIMUTH).at_view(theta)
+        self.wi, self.wo, self.measure = view.wi, view.wo, view.solid_angle
         wo = np.broadcast_to(self.wo, self.wi.shape)
         self.target = (f_r(self.wi, wo) * self.wi[:, 2:]).T
         mean = (self.target * self.measure).sum(1) / self.measure.sum()
@@ -130,20 +124,10 @@ class _View:
 def _best_alpha(views: list[_View], *, metallic: bool) -> tuple[float, np.ndarray, float]:
     """Alpha, the colours (3, 2) of Lambert and F0, and the relative error."""
 
-    def error(alpha: float) -> float:
-        return _solve(views, alpha, metallic)[1]
+    def error(log_alpha: float) -> float:
+        return _solve(views, np.exp(log_alpha), metallic)[1]
 
-    errors = [error(alpha) for alpha in ALPHAS]
-    best = int(np.argmin(errors))
-    low, high = np.log(ALPHAS[max(best - 1, 0)]), np.log(ALPHAS[min(best + 1, len(ALPHAS) - 1)])
-    golden = (np.sqrt(5) - 1) / 2
-    for _ in range(16):
-        left, right = high - golden * (high - low), low + golden * (high - low)
-        if error(np.exp(left)) < error(np.exp(right)):
-            high = right
-        else:
-            low = left
-    alpha = float(np.exp((low + high) / 2))
+    alpha = float(np.exp(least_around_nodes(error, np.log(ALPHAS), tolerance=1e-4)))
     return alpha, *_solve(views, alpha, metallic)
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import principled
+from benchmarks import principled_node
 from fitter.closures import Closure
 from tests.models import MODELS
 
@@ -18,7 +18,7 @@ def planted(alpha, diffuse, f0=F0):
 
 @pytest.mark.parametrize("alpha", [0.01, 0.17, 0.6])
 def test_dielectric_is_recovered(alpha):
-    matched = principled.match(planted(alpha, (0.3, 0.2, 0.1)))
+    matched = principled_node.match(planted(alpha, (0.3, 0.2, 0.1)))
     assert matched.metallic == 0
     assert matched.roughness**2 == pytest.approx(alpha, rel=1e-3)
     assert matched.base_color == pytest.approx((0.3, 0.2, 0.1), rel=1e-3)
@@ -30,7 +30,7 @@ def test_dielectric_is_recovered(alpha):
 
 def test_what_has_no_lambert_is_metallic():
     f0 = np.array([0.8, 0.6, 0.3])
-    matched = principled.match(planted(0.1, (0, 0, 0), f0))
+    matched = principled_node.match(planted(0.1, (0, 0, 0), f0))
     assert matched.metallic == 1
     assert matched.roughness**2 == pytest.approx(0.1, rel=1e-3)
     assert matched.base_color == pytest.approx(f0, rel=1e-3)
@@ -38,18 +38,18 @@ def test_what_has_no_lambert_is_metallic():
 
 def test_known_metal_is_metallic_even_with_lambert():
     f_r = planted(0.1, (0.3, 0.3, 0.3))
-    assert principled.match(f_r).metallic == 0
-    assert principled.match(f_r, metal=True).metallic == 1
+    assert principled_node.match(f_r).metallic == 0
+    assert principled_node.match(f_r, metal=True).metallic == 1
 
 
 def test_error_tells_a_poor_match():
-    assert principled.match(MODELS["metal"].f_r).error > 0.1
-    assert principled.match(MODELS["matte"].f_r).error < 0.1
+    assert principled_node.match(MODELS["metal"].f_r).error > 0.1
+    assert principled_node.match(MODELS["matte"].f_r).error < 0.1
 
 
 def test_build_sets_the_inputs(blender):
-    matched = principled.Principled(0.0, 0.4, (0.3, 0.2, 0.1), 1.7, (1.0, 0.5, 0.25), 0.0)
-    tree = principled.build(matched).node_tree
+    matched = principled_node.Inputs(0.0, 0.4, (0.3, 0.2, 0.1), 1.7, (1.0, 0.5, 0.25), 0.0)
+    tree = principled_node.build(matched).node_tree
     node = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
     inputs = node.inputs
     assert inputs["Roughness"].default_value == pytest.approx(0.4)

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When shaders are brought up to date: soon after an edit, and before every render.
+
+Nothing is done while something else changes: Blender says which kinds of data were updated, and
+only node trees and materials are looked at. What needs doing is always found by comparing states
+(editing.py), never remembered, so undo, redo and loading a file need no care of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..fitter.errors import NfmError
+from . import editing
+
+# Updates come at the rate of the mouse; those of this many seconds become one shader.
+PAUSE = 0.03
+# Rest after which the draft that a drag leaves is replaced.
+REST = 0.6
+
+SettingsOf = Callable[[bpy.types.Material], bpy.types.PropertyGroup]
+
+
+class _Timer:
+    """Calls `_tick`: once soon after any number of requests, and again when all rests."""
+
+    soon = False
+
+    @classmethod
+    def start(cls, seconds: float, *, soon: bool) -> None:
+        registered = bpy.app.timers.is_registered(_tick)
+        # one that is about to be called is not put off, or a drag would never be shown
+        if bpy.app.background or (registered and cls.soon):
+            return
+        if registered:
+            bpy.app.timers.unregister(_tick)
+        cls.soon = soon
+        bpy.app.timers.register(_tick, first_interval=seconds, persistent=True)
+
+    @classmethod
+    def stop(cls) -> None:
+        if bpy.app.timers.is_registered(_tick):
+            bpy.app.timers.unregister(_tick)
+
+
+def request() -> None:
+    """See to it that shaders are brought up to date: soon in a window, else by a render."""
+    _Timer.start(PAUSE, soon=True)
+
+
+def flush(settings_of: SettingsOf | None = None) -> list[bpy.types.Material]:
+    """Bring every shader up to date, as for a render; the materials that had something to do.
+
+    settings_of : gives the settings of a material in a frame; None is its own
+    """
+    _separate_copies()
+    return [item for item in _editable() if _refresh(item, settings_of and settings_of(item))]
+
+
+def _tick() -> float | None:
+    """Timer: drafts of what was edited at once; when all rests, one finished shader at a time."""
+    if bpy.app.is_job_running("RENDER"):  # which sets shaders to the values of its own frame
+        return REST
+    _Timer.soon = False
+    _separate_copies()
+    drafts = [item for item in _editable() if _refresh(item, draft=True)]
+    if drafts:
+        return REST
+    for item in _editable():
+        if _refresh(item):
+            return 0.0
+    return None
+
+
+def _refresh(
+    item: bpy.types.Material,
+    settings: bpy.types.PropertyGroup | None = None,
+    *,
+    draft: bool = False,
+) -> bool:
+    try:
+        return editing.refresh(item, settings, draft=draft)
+    except NfmError as error:
+        # no operator to report it; and what cannot be made now, will not be by trying again
+        editing.give_up(item, settings)
+        print(f"nfm: {error}")  # noqa: T201
+        return False
+
+
+def _separate_copies() -> None:
+    """A copied material gets a node group of its own, before its curves can be dragged."""
+    seen = set()
+    for item in _editable():
+        group = editing.group_of(item)
+        if group in seen:
+            editing.own_group(item)
+        seen.add(group)
+
+
+def _editable() -> Iterator[bpy.types.Material]:
+    return filter(editing.has_own_nodes, editing.measured_materials())
+
+
+@persistent
+def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if not (depsgraph.id_type_updated("NODETREE") or depsgraph.id_type_updated("MATERIAL")):
+        return
+    updated = {
+        update.id.original
+        for update in depsgraph.updates
+        if isinstance(update.id, (bpy.types.Material, bpy.types.NodeTree))
+    }
+    seen = set()
+    for item in _editable():
+        group = editing.group_of(item)
+        changed = (item in updated or group in updated) and not editing.is_drafted(item)
+        if changed or group in seen:
+            request()
+            return
+        seen.add(group)
+
+
+@persistent
+def _on_history(*_arguments: object) -> None:
+    request()
+
+
+@persistent
+def _on_render(*_arguments: object) -> None:
+    flush()
+
+
+@persistent
+def _on_frame(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Sliders may be animated: their values are those of the evaluated material."""
+    rendering = depsgraph.mode == "RENDER"
+    for item in _editable():
+        if item.animation_data:
+            settings = item.evaluated_get(depsgraph).nfm
+            if _refresh(item, settings, draft=not rendering) and not rendering:
+                _Timer.start(REST, soon=False)
+
+
+_HANDLERS = {
+    "depsgraph_update_post": _on_update,
+    "undo_post": _on_history,
+    "redo_post": _on_history,
+    "load_post": _on_history,
+    "render_init": _on_render,
+    "render_complete": _on_history,
+    "render_cancel": _on_history,
+    "frame_change_post": _on_frame,
+}
+
+
+def register() -> None:
+    for name, handler in _HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    for name, handler in _HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)
+    _Timer.stop()

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edits that the shader takes as inputs: nodes between a group's sockets and its Script node.
+
+They cost no new shader: the gain of each lobe multiplies its scale, and the diffuse colour goes
+through an affine map. At 1 and at the identity they change no bit.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..fitter.factors import N_LOBES
+
+FRAME = "Sliders"
+GAINS = tuple(f"Lobe {lobe + 1} Gain" for lobe in range(N_LOBES))
+ROWS = ("Diffuse Red", "Diffuse Green", "Diffuse Blue")
+OFFSET = "Diffuse Offset"
+
+
+def add(group: bpy.types.ShaderNodeTree) -> None:
+    """Add the nodes, neutral, in a frame left of the Script node."""
+    frame = group.nodes.new("NodeFrame")
+    frame.name = frame.label = FRAME
+    for number, name in enumerate(GAINS):
+        node = _vector_math(group, frame, name, "MULTIPLY", (-420, -120 - 60 * number))
+        node.inputs[1].default_value = (1, 1, 1)
+    for number, (name, row) in enumerate(zip(ROWS, np.eye(3).tolist(), strict=True)):
+        node = _vector_math(group, frame, name, "DOT_PRODUCT", (-600, 60 - 60 * number))
+        node.inputs[1].default_value = row
+    combine = group.nodes.new("ShaderNodeCombineXYZ")
+    combine.parent, combine.location, combine.hide = frame, (-420, 60), True
+    offset = _vector_math(group, frame, OFFSET, "ADD", (-240, 60))
+    for name, socket in zip(ROWS, combine.inputs, strict=True):
+        group.links.new(group.nodes[name].outputs["Value"], socket)
+    group.links.new(combine.outputs["Vector"], offset.inputs[0])
+
+
+def link_diffuse(
+    group: bpy.types.ShaderNodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
+) -> None:
+    """Lead a colour through the diffuse map."""
+    for name in ROWS:
+        group.links.new(source, group.nodes[name].inputs[0])
+    group.links.new(group.nodes[OFFSET].outputs["Vector"], target)
+
+
+def link_scale(
+    group: bpy.types.ShaderNodeTree,
+    lobe: int,
+    source: bpy.types.NodeSocket,
+    target: bpy.types.NodeSocket,
+) -> None:
+    """Lead a lobe's scale through its gain."""
+    gain = group.nodes[GAINS[lobe]]
+    group.links.new(source, gain.inputs[0])
+    group.links.new(gain.outputs["Vector"], target)
+
+
+def set_gains(group: bpy.types.ShaderNodeTree, gains: tuple[float, ...]) -> None:
+    """Gains of the lobes."""
+    for name, gain in zip(GAINS, gains, strict=True):
+        _set(group, name, (gain,) * 3)
+
+
+def set_diffuse(group: bpy.types.ShaderNodeTree, matrix: np.ndarray, offset: np.ndarray) -> None:
+    """Diffuse colour = matrix (3, 3) times that of the socket, plus offset (3,)."""
+    for name, row in zip(ROWS, matrix.tolist(), strict=True):
+        _set(group, name, row)
+    _set(group, OFFSET, offset.tolist())
+
+
+def _set(group: bpy.types.ShaderNodeTree, name: str, value: tuple[float, ...] | list) -> None:
+    node = group.nodes.get(name)  # an artist may have removed it
+    if node is None:
+        return
+    socket = node.inputs[1]
+    # what is written is an update, even if nothing changes, and Cycles starts anew
+    if not np.array_equal(np.float32(socket.default_value), np.float32(value)):
+        socket.default_value = value
+
+
+def _vector_math(
+    group: bpy.types.ShaderNodeTree,
+    frame: bpy.types.NodeFrame,
+    name: str,
+    operation: str,
+    location: tuple[float, float],
+) -> bpy.types.ShaderNodeVectorMath:
+    node = group.nodes.new("ShaderNodeVectorMath")
+    node.name = node.label = name
+    node.operation = operation
+    node.parent, node.location, node.hide = frame, location, True
+    return node
