@@ -4,7 +4,7 @@
 import argparse
 import sys
 
-from . import base, diffuse, exact, fit, noise, render, sampling, smooth
+from . import base, diffuse, exact, fit, noise, render, rgl, sampling, smooth
 
 BENCHMARKS = {
     "base": base,
@@ -13,6 +13,7 @@ BENCHMARKS = {
     "fit": fit,
     "noise": noise,
     "render": render,
+    "rgl": rgl,
     "sampling": sampling,
     "smooth": smooth,
 }

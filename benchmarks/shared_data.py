@@ -21,6 +21,8 @@ GRACE = SHARED / "data" / "env" / "grace_probe_latlong.hdr"
 GROVE = SHARED / "data" / "env" / "rnl_probe_latlong.hdr"
 STUDIO = SHARED / "data" / "env" / "polyhaven_studio_small_03_1k.hdr"
 GARDEN = SHARED / "data" / "env" / "polyhaven_chinese_garden_1k.hdr"  # 69 % of its light is the sun
+MAPS = {"Grace": GRACE, "Grove": GROVE}  # the two of Peng et al. 2017
+RGL = SHARED / "data" / "rgl"
 BUDDHA = SHARED / "data" / "mesh" / "happy_vrip_res3.ply"
 
 
@@ -35,6 +37,16 @@ def material_names() -> tuple[str, ...]:
     """Names of the Neural-BRDF fits of MERL materials, in the order of the file."""
     with np.load(SHARED / "data" / "merl_fits" / "nbrdf.npz") as weights:
         return tuple(sorted({key.split("/")[0] for key in weights.files}))
+
+
+def rgl_names() -> tuple[str, ...]:
+    """Names of the RGL materials."""
+    return tuple(sorted(path.name.removesuffix("_rgb.bsdf") for path in RGL.glob("*_rgb.bsdf")))
+
+
+def rgl_path(name: str) -> Path:
+    """The file of one of them."""
+    return RGL / f"{name}_rgb.bsdf"
 
 
 def write_material(name: str, path: Path) -> None:

@@ -64,7 +64,11 @@ def main(argv: Sequence[str]) -> int:
         help="fit Independent-G as Bagher et al. 2016 did, by alternation only",
     )
     parser.add_argument(
-        "--jobs", metavar="N", type=_positive, default=2, help="processes, of one thread each"
+        "--jobs",
+        metavar="N",
+        type=fitter_command_line.positive,
+        default=2,
+        help="processes, of one thread each",
     )
     parser.add_argument(
         "--markdown", metavar="FILE", type=Path, help="write the tables here as well, for docs/"
@@ -79,7 +83,7 @@ def main(argv: Sequence[str]) -> int:
 def run(arguments: argparse.Namespace) -> None:
     """The verb."""
     settings = Settings(arguments.weight, arguments.quality, arguments.golden_section)
-    folder = _made(arguments.report)
+    folder = fitter_command_line.made_folder(arguments.report)
     if arguments.markdown and not arguments.markdown.parent.is_dir():
         raise NfmError(f"{shown_name(arguments.markdown)}: there is no such folder; make it first")
     scenes, notes = scene_sources(arguments.env)
@@ -179,21 +183,3 @@ def _images() -> ModuleType:
     from runner.blender import load_extension
 
     return import_module(f"{load_extension().__name__}.nfm_addon.images")
-
-
-def _made(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise NfmError(
-            f"{shown_name(folder)}: cannot be made a folder ({error.strerror or error}); "
-            "choose another"
-        ) from None
-    return folder
-
-
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{number}, expected at least 1")
-    return number

@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
 
-from fitter import readers
+from fitter import readers, workers
 from fitter.errors import NfmError, shown_name
 from fitter.sphere import LitScene
 
@@ -19,9 +16,6 @@ from .grading import grade
 from .models import Settings
 from .scenes import SceneSource
 from .store import Store
-
-# How often progress is asked for, seconds.
-PATIENCE = 0.2
 
 
 @dataclass(frozen=True)
@@ -60,42 +54,19 @@ def run(
     NfmError
         From the process that met it; the others are ended. What was stored stays.
     """
-    # a process of its own even for one job: numpy reads the number of threads when it starts
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    context = multiprocessing.get_context("spawn")
-    steps = context.SimpleQueue()
+    steps = workers.CONTEXT.SimpleQueue()
     arguments = (settings, tuple(scenes), store, steps)
-    with context.Pool(min(jobs, len(tasks)), _initialize, arguments) as pool:
-        workers = _children()
-        finished = pool.imap_unordered(_grade, tasks)
-        n_steps = n_finished = 0
-        while n_finished < len(tasks):
-            task = None
-            try:
-                task = finished.next(timeout=PATIENCE)
-                n_finished += 1
-            except multiprocessing.TimeoutError:
-                # the pool would replace it, but nobody would do its task
-                if _children() != workers:
-                    raise NfmError(
-                        "a process ended before its work was done; free some memory or use "
-                        "--jobs 1, and start again: what is finished is kept"
-                    ) from None
-            while not steps.empty():
-                steps.get()
-                n_steps += 1
-            yield n_steps, task
+    n_steps = 0
+    for task in workers.run(_grade, tasks, jobs, _prepare, arguments):
+        while not steps.empty():
+            steps.get()
+            n_steps += 1
+        yield n_steps, task
 
 
-def _children() -> set[int | None]:
-    return {process.pid for process in multiprocessing.active_children()}
-
-
-def _initialize(
+def _prepare(
     settings: Settings, scenes: tuple[SceneSource, ...], store: Store, steps: SimpleQueue
 ) -> None:
-    # Ctrl-C reaches every process of the terminal; the parent ends its workers
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     global _worker
     _worker = _Worker(settings, tuple(scene.build() for scene in scenes), store, steps)
 

@@ -32,6 +32,16 @@ class AnisotropicModel(Factors):
     masking : (lobes, 6, 48) G_m at the nodes of polar_grid
     """
 
+    @staticmethod
+    def free_numbers(tables: np.ndarray) -> np.ndarray:
+        """Numbers (lobes, 241) of a D or G (lobes, 6, 48): the pole counts once."""
+        return polar_grid.free_numbers(tables)
+
+    @staticmethod
+    def full_tables(free: np.ndarray) -> np.ndarray:
+        """Inverse of free_numbers."""
+        return polar_grid.full_tables(free)
+
     def ndf_width(self) -> np.ndarray:
         """Width (lobes,): the mean theta_h in radians, weighted by D cos theta_h."""
         theta = np.repeat(polar_grid.theta_nodes(), polar_grid.N_PHI)

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from . import export, parameter_file, readers
+from . import batch, cluster, export, measured_file, parameter_file, readers, utia
+from .anisotropic_model import AnisotropicModel
 from .base_error import base_error
 from .base_lobes import fit_base_lobes
 from .errors import NfmError, printable, shown_name
+from .factors import Factors
 from .files import write_atomically
 from .fit_file import fit_measurement
-from .model import FactorModel
 from .parameter_file import FittedMaterial
 from .prior import DEFAULT_STRENGTH
 from .progress import Progress
@@ -27,6 +28,9 @@ from .quality import DEFAULT_QUALITY, QUALITIES
 from .weights import DEFAULT_WEIGHT, WEIGHTS
 
 FAILED = 1
+
+# What a batch leaves beside its parameter files.
+SUMMARY = "summary.json"
 
 # How far from 1 the length of a direction may be: far more than rounding, less than a mistake.
 UNIT_TOLERANCE = 1e-3
@@ -38,10 +42,14 @@ REPORT = (
     ("  not finite", "bins_not_finite", "{:,.0f}"),
     ("  below horizon", "bins_below_horizon", "{:,.0f}"),
     ("  out of gamut", "bins_clamped", "{:,.0f} (negative channels set to 0)"),
+    ("encoding", "encoding", "{}"),
     ("objective", "objective", "{:.3e}"),
     ("iterations", "iterations", "{:.0f}"),
     ("seconds", "seconds", "{:.1f}"),
     ("mean log error", "mean_log_error", "{:.4f}"),
+    ("numeric PSNR", "numeric_psnr", "{:.1f} dB over the data"),
+    ("main direction", "anisotropy_direction", "{:.1f} degrees from the tangent"),
+    ("anisotropy", "anisotropy_strength", "{:.2f} (0: none, 1: all)"),
     ("largest albedo", "largest_directional_albedo", "{:.3f} (directional, up to 88 degrees)"),
     ("native sampling", "native_error", "{:.2%} error of a picture in a studio"),
     ("", "native_psnr", "{:.1f} dB against the model"),
@@ -49,21 +57,36 @@ REPORT = (
 )
 
 # What writes a model, by suffix.
-EXPORTERS: dict[str, Callable[[Path, FactorModel], None]] = {".binary": export.write_merl}
+EXPORTERS: dict[str, Callable[[Path, Factors], None]] = {".binary": export.write_merl}
 
-Evaluate = Callable[[FactorModel, np.ndarray, np.ndarray], np.ndarray]
+Evaluate = Callable[[Factors, np.ndarray, np.ndarray], np.ndarray]
 
 
 def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
-    """Fit FILE and write its parameter file."""
+    """Fit FILE and write its parameter file, or all files of a folder."""
     parser = verbs.add_parser("fit", help="fit a measured BRDF and write its parameter file")
-    parser.add_argument("file", metavar="FILE", help=readers.EXPECTED)
+    parser.add_argument("file", metavar="FILE", help=f"{readers.EXPECTED}, or a folder of such")
     parser.add_argument(
-        "-o", "--output", metavar="OUT.nfm.json", help="default: the file's name here"
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="default: the file's name with .nfm.json, here; a folder for a folder",
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", metavar="N", type=positive, default=2, help="processes for a folder; default: 2"
+    )
+    where.add_argument(
+        "--dask", metavar="tcp://HOST:PORT", help="fit a folder on a Dask cluster instead"
     )
     parser.add_argument("--model", choices=["shared3"], default="shared3")
     parser.add_argument(
         "--weight", choices=sorted(WEIGHTS), default=DEFAULT_WEIGHT, help="weight of the objective"
+    )
+    parser.add_argument(
+        "--encoding",
+        choices=sorted(utia.ENCODINGS),
+        help=f"how to take the numbers of a UTIA file; default: {utia.DEFAULT_ENCODING}",
     )
     add_quality_option(parser)
     parser.add_argument(
@@ -94,13 +117,74 @@ def _not_negative(text: str) -> float:
     return value
 
 
+def positive(text: str) -> int:
+    """Argument type: a whole number from 1."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number}, expected at least 1")
+    return number
+
+
 def run_fit(arguments: argparse.Namespace) -> None:
     """The verb fit."""
+    if Path(arguments.file).is_dir():
+        _fit_folder(arguments)
+    else:
+        _fit_file(arguments)
+
+
+def _fit_folder(arguments: argparse.Namespace) -> None:
+    if not arguments.output:
+        raise NfmError(
+            f"{shown_name(arguments.file)}: a folder; say with --output where its fits go"
+        )
+    output = made_folder(Path(arguments.output))
+    jobs = batch.jobs_of(Path(arguments.file), output)
+    settings = batch.Settings(arguments.weight, arguments.quality, arguments.prior)
+    if arguments.dask:
+        running = cluster.run(jobs, settings, arguments.dask)
+    else:
+        running = batch.run(jobs, settings, arguments.jobs)
+    outcomes: list[batch.Outcome] = []
+    with Progress(sys.stderr, "fit") as progress:
+        progress.update(0, f"0 of {len(jobs)} files")
+        for outcome in running:
+            if outcome is not None:
+                outcomes.append(outcome)
+                done = f"{len(outcomes)} of {len(jobs)} files"
+                progress.update(len(outcomes) / len(jobs), done)
+    rows = json.dumps(batch.summary_rows(outcomes), indent=1)
+    measured_file.write(output / SUMMARY, [rows.encode()], "another folder")
+    sys.stdout.write(f"{rows}\n" if arguments.json else batch.summary_text(outcomes))
+    failed = sum(outcome.status == batch.FAILED for outcome in outcomes)
+    if failed:
+        raise NfmError(f"{failed} of {len(jobs)} files could not be fitted; see above")
+
+
+def made_folder(folder: Path) -> Path:
+    """A folder, made if it is not there.
+
+    Raises
+    ------
+    NfmError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NfmError(
+            f"{shown_name(folder)}: cannot be made a folder ({error.strerror or error}); "
+            "choose another"
+        ) from None
+    return folder
+
+
+def _fit_file(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     if arguments.output and not Path(arguments.output).parent.is_dir():
         # before ten seconds of work, not after
         raise NfmError(f"{shown_name(arguments.output)}: there is no such folder; make it first")
-    measurement = readers.read(arguments.file)
+    measurement = readers.read(arguments.file, encoding=arguments.encoding)
     cpu_start = time.process_time()
     with Progress(sys.stderr, "fit") as progress:
         material = fit_measurement(
@@ -110,7 +194,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
             prior_strength=arguments.prior,
             on_step=lambda step: progress.update(step.progress, step.stage),
         )
-    native = base_error(material.model, fit_base_lobes(material.model)).figures()
+    native = _native_figures(material.model)
     cpu_seconds = time.process_time() - cpu_start
     seconds = time.perf_counter() - start
     output = Path(arguments.output or f"{material.name}{parameter_file.SUFFIX}")
@@ -125,6 +209,13 @@ def run_fit(arguments: argparse.Namespace) -> None:
         )
 
 
+def _native_figures(model: Factors) -> dict[str, float]:
+    """How good the base lobes are; anisotropic models have none yet."""
+    if isinstance(model, AnisotropicModel):
+        return {}
+    return base_error(model, fit_base_lobes(model)).figures()
+
+
 def report_text(material: FittedMaterial, **figures: float) -> str:
     """The report for people: one figure of REPORT per line, those given and the material's own."""
     fit, model = {**material.fit, **figures}, material.model
@@ -134,8 +225,10 @@ def report_text(material: FittedMaterial, **figures: float) -> str:
     ]
     for label, key, text in REPORT:
         # a parameter file may come from anywhere and hold anything under a known name
-        if isinstance(fit.get(key), (int, float)):
-            lines.append(f"{label:<16}{text.format(fit[key])}")
+        figure = fit.get(key)
+        if isinstance(figure, str) if text == "{}" else isinstance(figure, (int, float)):
+            shown = printable(figure) if isinstance(figure, str) else text.format(figure)
+            lines.append(f"{label:<16}{shown}")
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -170,7 +263,7 @@ def add_eval_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:
         help="(n, 6) numbers: unit wi and wo in the local frame, z = normal",
     )
     parser.add_argument("-o", "--output", metavar="OUT.npy", required=True, help="(n, 3) f in 1/sr")
-    parser.set_defaults(run=lambda arguments: run_eval(arguments, FactorModel.f_r))
+    parser.set_defaults(run=lambda arguments: run_eval(arguments, Factors.f_r))
     return parser
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -51,6 +51,16 @@ class Factors(ABC):
     @abstractmethod
     def _masking_at(self, w: np.ndarray) -> np.ndarray:
         """G_m (lobes, n) at unit directions (n, 3)."""
+
+    @staticmethod
+    def free_numbers(tables: np.ndarray) -> np.ndarray:
+        """What a fit may change of a D or G (lobes, ...): (lobes, k)."""
+        return tables
+
+    @staticmethod
+    def full_tables(free: np.ndarray) -> np.ndarray:
+        """Inverse of free_numbers."""
+        return free
 
     @property
     def n_lobes(self) -> int:
@@ -112,6 +122,9 @@ class Factors(ABC):
         wi, wo = np.asarray(wi, dtype=np.float64), np.asarray(wo, dtype=np.float64)
         above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
         return np.where(above[:, None], self.diffuse + self.lobe_values(wi, wo).sum(0), 0)
+
+
+AnyFactors = TypeVar("AnyFactors", bound=Factors)
 
 
 def interpolate_linearly(table: np.ndarray, position: np.ndarray) -> np.ndarray:

@@ -22,13 +22,14 @@ same model. How much work the stages do is a `quality`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
 from . import joint, order, prior
+from .factors import AnyFactors, Factors
 from .limits import within_energy
 from .measurement import Measurement
 from .model import FactorModel
@@ -59,6 +60,10 @@ SMOOTHING_SHARES = (1.0, 0.5, 0.25, 0.125)
 POLISH_STEP = 4
 
 
+# Stage, model and objective after each step from one start.
+Explored = Iterator[tuple[str, Factors, float]]
+
+
 @dataclass(frozen=True)
 class FitStep:
     """State after one step of a fit.
@@ -71,7 +76,7 @@ class FitStep:
 
     stage: str
     objective: float
-    model: FactorModel
+    model: Factors
     progress: float
 
 
@@ -82,7 +87,7 @@ class FitResult:
     objective : E of eq. 2 relative to sum w rho^2
     """
 
-    model: FactorModel
+    model: Factors
     objective: float
     iterations: int
     weight: str
@@ -140,16 +145,13 @@ def fit_steps(
         phi_group=work.coarse_phi_group,
         n_angles=work.coarse_angles,
     )
-    explored: list[FitStep] = []
-    for number, start in enumerate(STARTS[: work.starts]):
-        before = number * (work.sweeps + work.explore_steps)
-        steps = _explore(coarse, start(coarse), work, prior_strength)
-        for i, (stage, model, objective) in enumerate(steps):
-            step = FitStep(f"{stage} {number + 1}", objective, model, (before + i) / total)
-            yield step
-        explored.append(step)
 
-    model = min(explored, key=lambda step: step.objective).model
+    def explore(start: Callable[[Problem], FactorModel]) -> Explored:
+        return _explore(coarse, start(coarse), work, prior_strength)
+
+    model = yield from best_of_starts(
+        STARTS[: work.starts], explore, work.sweeps + work.explore_steps, total
+    )
     for i, (refined, objective) in enumerate(_refine(coarse, model, work, prior_strength)):
         model = refined
         yield FitStep("refine", objective, model, (explore_count + i) / total)
@@ -167,6 +169,27 @@ def fit_steps(
         problem = fine if work.polish_steps else coarse
         objective = joint.objective_of(problem, limited, prior_strength)
         yield FitStep("limit", objective, limited, 1.0)
+
+
+def best_of_starts(
+    starts: Sequence[Callable],
+    explore: Callable[[Callable], Explored],
+    steps_each: int,
+    total: int,
+) -> Generator[FitStep, None, Factors]:
+    """Yield the steps of every start in turn; returns the model with the lowest last objective.
+
+    steps_each, total : expected number of steps of a start and of the whole fit
+    """
+    best: FitStep | None = None
+    for number, start in enumerate(starts):
+        for i, (stage, model, objective) in enumerate(explore(start)):
+            progress = (number * steps_each + i) / total
+            step = FitStep(f"{stage} {number + 1}", objective, model, progress)
+            yield step
+        if best is None or step.objective < best.objective:
+            best = step
+    return best.model
 
 
 def sweep(
@@ -212,9 +235,7 @@ def _in_order(
     )
 
 
-def _explore(
-    problem: Problem, model: FactorModel, work: Quality, strength: float
-) -> Iterator[tuple[str, FactorModel, float]]:
+def _explore(problem: Problem, model: FactorModel, work: Quality, strength: float) -> Explored:
     for i in range(work.sweeps):
         model = sweep(problem, model, hold_lobes=i == 0, in_order=strength > 0)
         yield "sweep", model, joint.objective_of(problem, model, strength)
@@ -226,7 +247,7 @@ def _refine(
     problem: Problem, model: FactorModel, work: Quality, strength: float
 ) -> Iterator[tuple[FactorModel, float]]:
     if strength > 0:
-        yield from _until_converged(problem, model, work.refine_steps, strength)
+        yield from until_converged(joint.refine(problem, model, strength), work.refine_steps)
         return
     objective = problem.objective_of(model)
     for _ in range(work.refine_steps // REFINE_JOINT_STEPS):
@@ -241,11 +262,12 @@ def _refine(
             return
 
 
-def _until_converged(
-    problem: Problem, model: FactorModel, n_steps: int, strength: float
-) -> Iterator[tuple[FactorModel, float]]:
+def until_converged(
+    steps: Iterator[tuple[AnyFactors, float]], n_steps: int
+) -> Iterator[tuple[AnyFactors, float]]:
+    """Joint steps, n_steps at most, until a round of them gains next to nothing."""
     objectives: list[float] = []
-    for refined, objective in islice(joint.refine(problem, model, strength), n_steps):
+    for refined, objective in islice(steps, n_steps):
         yield refined, objective
         objectives.append(objective)
         if len(objectives) > ROUND and objective > (1 - CONVERGED) * objectives[-1 - ROUND]:
@@ -258,7 +280,7 @@ def _polish(
     start = joint.objective_of(problem, model, strength)
     yield model, start
     objective = start
-    for polished, value in _until_converged(problem, model, n_steps, strength):
+    for polished, value in until_converged(joint.refine(problem, model, strength), n_steps):
         model, objective = polished, value
         if strength > 0:
             yield model, objective

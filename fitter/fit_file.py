@@ -7,17 +7,28 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from . import parameter_file, readers
+from . import (
+    anisotropic_albedo,
+    anisotropic_fit,
+    anisotropic_metrics,
+    fit,
+    metrics,
+    parameter_file,
+    readers,
+    tables,
+)
+from .anisotropic_measurement import AnisotropicMeasurement
+from .anisotropic_model import AnisotropicModel
+from .anisotropy import anisotropy
 from .base_error import studio_psnr
 from .errors import shown_name
-from .fit import FitStep, fit_steps, result_of
+from .fit import FitStep
 from .measurement import Measurement
-from .metrics import mean_log_error, tabulate
 from .model import FactorModel
 from .parameter_file import FittedMaterial
 from .prior import DEFAULT_STRENGTH
 from .quality import DEFAULT_QUALITY
-from .tables import largest_directional_albedo
+from .readers import AnyMeasurement
 from .weights import DEFAULT_WEIGHT
 
 OnStep = Callable[[FitStep], None]
@@ -26,6 +37,7 @@ OnStep = Callable[[FitStep], None]
 def material_from_file(
     path: str | os.PathLike,
     *,
+    encoding: str | None = None,
     weight: str = DEFAULT_WEIGHT,
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = DEFAULT_STRENGTH,
@@ -33,7 +45,8 @@ def material_from_file(
 ) -> FittedMaterial:
     """A material from a measurement, which is fitted, or from a parameter file, which is loaded.
 
-    The content decides, not the suffix. The options are those of `fit.fit_steps`.
+    The content decides, not the suffix. `encoding` is that of `readers.read`, the other options
+    are those of `fit.fit_steps`.
 
     Raises
     ------
@@ -43,7 +56,7 @@ def material_from_file(
     if is_parameter_file(path):
         return parameter_file.load(path)
     return fit_measurement(
-        readers.read(path),
+        readers.read(path, encoding=encoding),
         weight=weight,
         quality=quality,
         prior_strength=prior_strength,
@@ -64,7 +77,7 @@ def is_parameter_file(path: str | os.PathLike) -> bool:
 
 
 def fit_measurement(
-    measurement: Measurement,
+    measurement: AnyMeasurement,
     *,
     weight: str = DEFAULT_WEIGHT,
     quality: str = DEFAULT_QUALITY,
@@ -76,6 +89,8 @@ def fit_measurement(
 
     graded : False leaves out the figures that take longer than a draft may
     """
+    anisotropic = isinstance(measurement, AnisotropicMeasurement)
+    fit_steps = anisotropic_fit.fit_steps if anisotropic else fit.fit_steps
     iterations = 0
     for step in fit_steps(
         measurement, weight=weight, quality=quality, prior_strength=prior_strength
@@ -83,35 +98,51 @@ def fit_measurement(
         iterations += 1
         if on_step:
             on_step(step)
-    result = result_of(step, iterations, weight, prior_strength)
-    figures: dict[str, float | int | str] = {
-        "objective": result.objective,
-        "iterations": result.iterations,
-        "weight": result.weight,
-        "quality": quality,
-        "prior_strength": prior_strength,
-    }
-    if graded:
-        figures |= _grades(result.model, measurement)
+    result = fit.result_of(step, iterations, weight, prior_strength)
+    figures = _anisotropic_figures if anisotropic else _isotropic_figures
     return FittedMaterial(
         name=material_name(measurement.source.file_name),
         model=result.model,
         source=measurement.source,
-        fit=figures,
+        fit={
+            "objective": result.objective,
+            "iterations": result.iterations,
+            "weight": result.weight,
+            "quality": quality,
+            "prior_strength": prior_strength,
+            "bins_usable": measurement.report.usable,
+            "bins_negative": measurement.report.negative,
+            "bins_not_finite": measurement.report.non_finite,
+            **(figures(result.model, measurement) if graded else {}),
+        },
     )
 
 
-def _grades(model: FactorModel, measurement: Measurement) -> dict[str, float]:
+def _isotropic_figures(
+    model: FactorModel, measurement: Measurement
+) -> dict[str, float | int | str]:
     report = measurement.report
     return {
         "studio_psnr": studio_psnr(model, measurement),
-        "mean_log_error": mean_log_error(tabulate(model), measurement),
-        "largest_directional_albedo": largest_directional_albedo(model),
-        "bins_usable": report.usable,
+        "mean_log_error": metrics.mean_log_error(metrics.tabulate(model), measurement),
+        "largest_directional_albedo": tables.largest_directional_albedo(model),
         "bins_below_horizon": report.below_horizon,
-        "bins_negative": report.negative,
-        "bins_not_finite": report.non_finite,
         **({"bins_clamped": report.clamped} if report.clamped else {}),
+    }
+
+
+def _anisotropic_figures(
+    model: AnisotropicModel, measurement: AnisotropicMeasurement
+) -> dict[str, float | int | str]:
+    table = anisotropic_metrics.tabulate(model)
+    main = anisotropy(model)
+    return {
+        "mean_log_error": anisotropic_metrics.mean_log_error(table, measurement),
+        "numeric_psnr": metrics.numeric_psnr(table, measurement),
+        "largest_directional_albedo": anisotropic_albedo.largest_directional_albedo(model),
+        "anisotropy_direction": main.direction,
+        "anisotropy_strength": main.strength,
+        "encoding": measurement.encoding,
     }
 
 

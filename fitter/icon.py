@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A small picture of a material for lists and asset browsers: a sphere under soft boxes.
 
-The material is isotropic, so f at one view angle serves a whole ring of the sphere; the picture is
-interpolated between rings.
+f at one view angle serves a whole ring of the sphere, so an anisotropic material is shown as its
+mean over azimuths; the picture is interpolated between rings.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from .base_error import disc, sphere_views
-from .model import FactorModel
+from .factors import Factors
 from .sphere import DISPLAY_GAMMA
+from .stand_in import without_direction
 
 SIZE = 128
 RINGS, AZIMUTHS = 24, 48
@@ -19,8 +20,9 @@ RINGS, AZIMUTHS = 24, 48
 EXPOSURE = 1.5
 
 
-def material_icon(model: FactorModel, size: int = SIZE) -> np.ndarray:
+def material_icon(model: Factors, size: int = SIZE) -> np.ndarray:
     """Display values 0..1, RGBA (size, size, 4) float32, bottom row first; alpha 0 around it."""
+    model = without_direction(model)
     rings = np.empty((RINGS, AZIMUTHS, 3))
     for ring, (view, weighted_light) in enumerate(sphere_views(soft_boxes, RINGS, AZIMUTHS)):
         wo = np.broadcast_to(view.wo, view.wi.shape)

@@ -21,6 +21,7 @@ from .errors import NfmError
 from .fit import FitStep
 from .fit_file import fit_measurement
 from .icon import material_icon
+from .measurement import Measurement
 from .slices import measured_slices
 
 DRAFT, FINAL = "draft", "final"
@@ -49,12 +50,14 @@ class Request:
     quality : a name in quality.QUALITIES
     draft : whether a draft comes first
     folder : an existing one, for the results
+    encoding : as readers.read takes it
     """
 
     path: str
     quality: str
     draft: bool
     folder: str
+    encoding: str | None = None
 
     @property
     def has_draft(self) -> bool:
@@ -82,7 +85,7 @@ def run(request: Request, emit: Emit) -> None:
     parts = _parts(request)
     try:
         emit(Event("step", "Reading", 0.0))
-        measurement = readers.read(request.path)
+        measurement = readers.read(request.path, encoding=request.encoding)
         if request.has_draft:
             draft = fit_measurement(
                 measurement,
@@ -97,8 +100,9 @@ def run(request: Request, emit: Emit) -> None:
             on_step=_teller(emit, "", *parts[request.quality]),
         )
         emit(Event("step", "Grading", parts[request.quality][1]))
-        np.save(folder / SLICES_FILE, measured_slices(measurement).astype(np.float32))
         np.save(folder / ICON_FILE, material_icon(final.model))
+        if isinstance(measurement, Measurement):  # one plane of incidence says it all
+            np.save(folder / SLICES_FILE, measured_slices(measurement).astype(np.float32))
         _save(folder, FINAL, final, emit, 1.0)
     except NfmError as error:
         emit(Event("error", str(error), 1.0))

@@ -21,13 +21,15 @@ Reference for the damping: Marquardt 1963, with his scaling by the diagonal.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from . import prior
+from .factors import AnyFactors, Factors
 from .geometry import N_THETA_D, N_THETA_H
 from .model import FactorModel
 from .problem import Moments, Problem, amplitudes
@@ -42,8 +44,23 @@ DAMPING_UP = 4.0
 MAX_REJECTIONS = 8
 
 
+class WeightedSamples(Protocol):
+    """What can be fitted: an objective E relative to sum w rho^2."""
+
+    target_energy: float
+
+    def objective_of(self, model: Factors) -> float:
+        """E of a model."""
+
+
+P = TypeVar("P", bound=WeightedSamples)
+
+# E, J' W J and J' W (rho - f) in the coordinates of a layout.
+Equations = tuple[float, np.ndarray, np.ndarray]
+
+
 @dataclass(frozen=True)
-class _Layout:
+class Layout:
     """Where each factor stands in the parameter vector: log D, log F, log G, log s, d."""
 
     n_lobes: int
@@ -55,43 +72,55 @@ class _Layout:
     size: int
 
     @classmethod
-    def of(cls, model: FactorModel) -> _Layout:
-        sizes = [a.size for a in (model.ndf, model.fresnel, model.masking, model.scale)]
-        ends = np.cumsum([0, *sizes, 3])
+    def of(cls, model: Factors) -> Layout:
+        """Layout of a model's free numbers."""
+        ends = np.cumsum([0, *(a.size for a in _moved_logarithmically(model)), 3])
         return cls(model.n_lobes, *(slice(a, b) for a, b in pairwise(ends)), ends[-1])
 
-    def pack(self, model: FactorModel) -> np.ndarray:
-        logs = [_log(a) for a in (model.ndf, model.fresnel, model.masking, model.scale)]
-        return np.concatenate([*logs, model.diffuse])
+    def pack(self, model: Factors) -> np.ndarray:
+        """Parameter vector of a model."""
+        return np.concatenate([*map(_log, _moved_logarithmically(model)), model.diffuse])
 
-    def unpack(self, x: np.ndarray) -> FactorModel:
-        return FactorModel(
+    def unpack(self, x: np.ndarray, like: AnyFactors) -> AnyFactors:
+        """Model of a parameter vector, of the kind of another."""
+
+        def rows(part: slice) -> np.ndarray:
+            return np.exp(x[part]).reshape(self.n_lobes, -1)
+
+        return replace(
+            like,
             diffuse=np.maximum(x[self.diffuse], 0),
-            scale=np.exp(x[self.scale]).reshape(self.n_lobes, 3),
-            ndf=np.exp(x[self.ndf]).reshape(self.n_lobes, -1),
-            masking=np.exp(x[self.masking]).reshape(self.n_lobes, -1),
+            scale=rows(self.scale),
+            ndf=like.full_tables(rows(self.ndf)),
+            masking=like.full_tables(rows(self.masking)),
             fresnel=np.exp(x[self.fresnel]).reshape(3, -1),
         )
 
 
-def objective_of(problem: Problem, model: FactorModel, strength: float) -> float:
+def objective_of(problem: P, model: Factors, strength: float) -> float:
     """What the steps minimise: E e^disorder."""
     return problem.objective_of(model) * np.exp(prior.disorder(model, strength))
 
 
 def refine(
-    problem: Problem, model: FactorModel, strength: float = 0.0
-) -> Iterator[tuple[FactorModel, float]]:
+    problem: P,
+    model: AnyFactors,
+    strength: float = 0.0,
+    *,
+    equations: Callable[[P, AnyFactors, Layout], Equations] | None = None,
+) -> Iterator[tuple[AnyFactors, float]]:
     """Yield (model, objective) after every accepted step; ends when no step lowers it.
 
     strength : of the prior, which is part of the objective
+    equations : for problems of another kind than Problem; default: normal_equations
     """
-    layout = _Layout.of(model)
+    equations = equations or normal_equations
+    layout = Layout.of(model)
     model = model.normalized()
     damping = DAMPING_START
     while True:
         x = layout.pack(model)
-        value, normal, gradient = _normal_equations(problem, model, layout)
+        value, normal, gradient = equations(problem, model, layout)
         objective = value * np.exp(prior.disorder(model, strength))
         _add_prior(problem, model, strength, value, layout, normal, gradient)
         for _ in range(MAX_REJECTIONS):
@@ -99,7 +128,7 @@ def refine(
             step[: layout.diffuse.start] = np.clip(
                 step[: layout.diffuse.start], -MAX_LOG_STEP, MAX_LOG_STEP
             )
-            trial = layout.unpack(x + step).normalized()
+            trial = layout.unpack(x + step, model).normalized()
             after = objective_of(problem, trial, strength)
             if after < objective:
                 break
@@ -119,10 +148,8 @@ def _damped_step(normal: np.ndarray, gradient: np.ndarray, damping: float) -> np
     return np.linalg.solve(scaled, gradient * scale) * scale
 
 
-def _normal_equations(
-    problem: Problem, model: FactorModel, layout: _Layout
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """Objective, J' W J and J' W (rho - f) in the coordinates of the layout."""
+def normal_equations(problem: Problem, model: FactorModel, layout: Layout) -> Equations:
+    """Equations of the isotropic model."""
     kernels = problem.kernels(model.masking)
     moments = problem.moments(kernels)
     normal = np.zeros((layout.size, layout.size))
@@ -135,11 +162,11 @@ def _normal_equations(
 
 
 def _add_prior(
-    problem: Problem,
-    model: FactorModel,
+    problem: P,
+    model: Factors,
     strength: float,
     objective: float,
-    layout: _Layout,
+    layout: Layout,
     normal: np.ndarray,
     gradient: np.ndarray,
 ) -> None:
@@ -158,7 +185,7 @@ def _fill_cell_blocks(
     problem: Problem,
     moments: Moments,
     model: FactorModel,
-    layout: _Layout,
+    layout: Layout,
     normal: np.ndarray,
     gradient: np.ndarray,
 ) -> None:
@@ -215,7 +242,7 @@ def _fill_masking_blocks(
     problem: Problem,
     kernels: np.ndarray,
     model: FactorModel,
-    layout: _Layout,
+    layout: Layout,
     normal: np.ndarray,
     gradient: np.ndarray,
 ) -> None:
@@ -275,6 +302,11 @@ def _fill_masking_blocks(
 def _both_sides(pair_table: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Sum over the other angle of a pair table weighted by u there: theta_i plus theta_o."""
     return pair_table @ u + u @ pair_table
+
+
+def _moved_logarithmically(model: Factors) -> tuple[np.ndarray, ...]:
+    ndf, masking = map(model.free_numbers, (model.ndf, model.masking))
+    return ndf, model.fresnel, masking, model.scale
 
 
 def _log(factor: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from .anisotropic_measurement import AnisotropicMeasurement
 from .geometry import (
     N_PHI_D,
     N_THETA_D,
@@ -26,7 +27,7 @@ LOG_FLOOR = 1e-3
 
 
 class Brdf(Protocol):
-    """What can be graded: our model and those it is compared with. Reciprocal and isotropic."""
+    """What can be graded: our model and those it is compared with. Reciprocal."""
 
     def f_r(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """BRDF (n, 3), 1/sr, for unit directions wi, wo (n, 3); 0 below the horizon."""
@@ -51,12 +52,22 @@ def mean_log_error(table: np.ndarray, measurement: Measurement) -> float:
 
     table : f_r (90, 90, 180, 3), 1/sr
     """
-    cos_i = merl_bins().cos_i[..., None]
     weight = np.where(measurement.valid, merl_solid_angle()[:, :, None], 0)
-    ratio = np.log((table * cos_i + LOG_FLOOR) / (measurement.f_r * cos_i + LOG_FLOOR))
-    valid = measurement.valid
-    error = np.abs(ratio[valid]).mean(-1)
-    return float((error * weight[valid]).sum() / weight[valid].sum())
+    return weighted_log_error(table, measurement.f_r, merl_bins().cos_i, weight)
+
+
+def weighted_log_error(
+    f_r: np.ndarray, measured: np.ndarray, cos_i: np.ndarray, weight: np.ndarray
+) -> float:
+    """Mean of |log((f cos_i + 1e-3) / (rho cos_i + 1e-3))| over channels and weighted samples.
+
+    f_r, measured : (..., 3), 1/sr
+    cos_i, weight : (...); samples of weight 0 may hold anything
+    """
+    seen = weight > 0
+    cos_i, weight = cos_i[seen][:, None], weight[seen]
+    ratio = np.log((f_r[seen] * cos_i + LOG_FLOOR) / (measured[seen] * cos_i + LOG_FLOOR))
+    return float((np.abs(ratio).mean(-1) * weight).sum() / weight.sum())
 
 
 def relative_objective(
@@ -78,13 +89,13 @@ def relative_objective(
     return error / energy
 
 
-def numeric_psnr(table: np.ndarray, measurement: Measurement) -> float:
+def numeric_psnr(table: np.ndarray, measurement: Measurement | AnisotropicMeasurement) -> float:
     """PSNR in dB of the values, as Peng et al. 2017 give beside that of pictures.
 
     10 log10(peak^2 / mean squared error) over valid bins and channels, each bin counted once; the
     peak is the largest measured value. Sharp highlights decide it nearly alone.
 
-    table : f_r (90, 90, 180, 3), 1/sr
+    table : f_r in the shape of measurement.f_r, 1/sr
     """
     valid = measurement.valid
     rho = measurement.f_r[valid]

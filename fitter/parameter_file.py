@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """NAME.nfm.json: a fitted material as readable UTF-8 JSON, format version 1.
 
-Fields: `format` "nfm", `version` 1, `model` "shared3", `kind` "isotropic", `name`; `diffuse` [3],
-`scale` [lobe][channel], `D` [lobe][90], `G` [lobe][90], `F` [channel][90]; `grids` with the node
-positions of `theta_h`, `theta` and `theta_d` in radians; `interpolation` of each factor; `source`
-(file, format, sha256) of the measurement; `fit` (objective, iterations, weight, metrics); and, in
-presets only, `edits` (edit_document.py), which leave the tables as measured.
+Fields: `format` "nfm", `version` 1, `model` "shared3", `kind` "isotropic" or "anisotropic", `name`;
+`diffuse` [3], `scale` [lobe][channel], `F` [channel][90]; `D` and `G` [lobe][90], anisotropic
+[lobe][6][48]; `grids` with the node positions in radians, of `theta_h`, `theta` and `theta_d`,
+anisotropic of `theta`, `phi` (both for D and G) and `theta_d`; `interpolation` of each factor;
+`source` (file, format, sha256) of the measurement; `fit` (objective, iterations, weight, metrics);
+and, in presets only, `edits` (edit_document.py), which leave the tables as measured.
 
 Files come from strangers. Loading checks every field and executes nothing; strings are kept as
 data only.
@@ -15,14 +16,17 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from . import edit_document
+from . import edit_document, polar_grid
+from .anisotropic_model import AnisotropicModel
 from .edit_document import EditDocument
 from .errors import ParameterFileError, shown_name
+from .factors import Factors
 from .files import write_atomically
 from .geometry import theta_d_centres, theta_h_centres
 from .measurement import Source
@@ -32,17 +36,60 @@ from .splines import masking_nodes
 FORMAT = "nfm"
 VERSION = 1
 MODEL = "shared3"
-KIND = "isotropic"
 SUFFIX = ".nfm.json"
-
-INTERPOLATION = {"D": "linear-sqrt", "G": "catmull-rom", "F": "linear"}
 
 # A fit is about 20 kB; nothing honest comes near these.
 MAX_FILE_SIZE = 4 << 20
 MAX_NUMBER = 1e12
 MAX_STRING = 1024
 
-_EXPECTED_SHAPES = {"diffuse": (3,), "scale": (3, 3), "D": (3, 90), "G": (3, 90), "F": (3, 90)}
+
+@dataclass(frozen=True)
+class _Kind:
+    """What differs between isotropic and anisotropic files.
+
+    table : shape of the D and G of one lobe
+    grids : nodes by name
+    """
+
+    model: type[Factors]
+    table: tuple[int, ...]
+    interpolation: dict[str, str]
+    grids: Callable[[], dict[str, np.ndarray]]
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        return {
+            "diffuse": (3,),
+            "scale": (3, 3),
+            "D": (3, *self.table),
+            "G": (3, *self.table),
+            "F": (3, 90),
+        }
+
+
+_KINDS = {
+    "isotropic": _Kind(
+        FactorModel,
+        (90,),
+        {"D": "linear-sqrt", "G": "catmull-rom", "F": "linear"},
+        lambda: {
+            "theta_h": theta_h_centres(),
+            "theta": masking_nodes(),
+            "theta_d": theta_d_centres(),
+        },
+    ),
+    "anisotropic": _Kind(
+        AnisotropicModel,
+        polar_grid.GRID,
+        {"D": "bilinear", "G": "bilinear", "F": "linear"},
+        lambda: {
+            "theta": polar_grid.theta_nodes(),
+            "phi": polar_grid.phi_nodes(),
+            "theta_d": theta_d_centres(),
+        },
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -54,7 +101,7 @@ class FittedMaterial:
     """
 
     name: str
-    model: FactorModel
+    model: Factors
     source: Source | None = None
     fit: dict[str, float | int | str] = field(default_factory=dict)
     edits: EditDocument | None = None
@@ -63,19 +110,20 @@ class FittedMaterial:
 def dumps(material: FittedMaterial) -> str:
     """Text of a parameter file; the same material gives the same text."""
     model, source = material.model, material.source
+    name, kind = next((n, k) for n, k in _KINDS.items() if isinstance(model, k.model))
     document = {
         "format": FORMAT,
         "version": VERSION,
         "model": MODEL,
-        "kind": KIND,
+        "kind": name,
         "name": material.name,
         "diffuse": model.diffuse.tolist(),
         "scale": model.scale.tolist(),
         "D": model.ndf.tolist(),
         "G": model.masking.tolist(),
         "F": model.fresnel.tolist(),
-        "grids": {name: nodes.tolist() for name, nodes in _grids().items()},
-        "interpolation": INTERPOLATION,
+        "grids": {name: nodes.tolist() for name, nodes in kind.grids().items()},
+        "interpolation": kind.interpolation,
         "source": source
         and {"file": source.file_name, "format": source.format, "sha256": source.sha256},
         "fit": material.fit,
@@ -112,27 +160,32 @@ def loads(text: str, name: str = "parameters") -> FittedMaterial:
             f"{name}: format version {_excerpt(version)}, this add-on reads "
             f"version {VERSION}; update the add-on"
         )
-    for key, expected in (
-        ("model", MODEL),
-        ("kind", KIND),
-        ("interpolation", INTERPOLATION),
-    ):
+    # a list cannot be looked up, and a file may hold anything
+    kind = next((k for n, k in _KINDS.items() if document.get("kind") == n), None)
+    if kind is None:
+        raise ParameterFileError(
+            f'{name}: "kind" is {_excerpt(document.get("kind"))}, expected '
+            f"{' or '.join(map(repr, _KINDS))}; update the add-on or export the file again"
+        )
+    for key, expected in (("model", MODEL), ("interpolation", kind.interpolation)):
         if document.get(key) != expected:
             raise ParameterFileError(
                 f'{name}: "{key}" is {_excerpt(document.get(key))}, expected '
                 f"{_excerpt(expected)}; update the add-on or export the file again"
             )
     grids = document.get("grids")
-    for key, nodes in _grids().items():
+    for key, nodes in kind.grids().items():
         found = _numbers(grids if isinstance(grids, dict) else {}, key, nodes.shape, name)
         if not np.allclose(found, nodes, rtol=0, atol=1e-6):
             raise ParameterFileError(
                 f'{name}: the grid "{key}" is not that of format version 1; export it again'
             )
-    values = {key: _numbers(document, key, shape, name) for key, shape in _EXPECTED_SHAPES.items()}
+    values = {key: _numbers(document, key, shape, name) for key, shape in kind.shapes.items()}
+    if kind.model is AnisotropicModel:
+        _check_poles(values, name)
     return FittedMaterial(
         name=_string(document, "name", name),
-        model=FactorModel(
+        model=kind.model(
             diffuse=values["diffuse"],
             scale=values["scale"],
             ndf=values["D"],
@@ -195,8 +248,15 @@ def load(path: str | os.PathLike) -> FittedMaterial:
     return loads(text, name)
 
 
-def _grids() -> dict[str, np.ndarray]:
-    return {"theta_h": theta_h_centres(), "theta": masking_nodes(), "theta_d": theta_d_centres()}
+def _check_poles(values: dict[str, np.ndarray], name: str) -> None:
+    """At the pole phi means nothing: with different numbers the function would jump there."""
+    for key in ("D", "G"):
+        pole = values[key][:, 0]
+        if not np.allclose(pole, pole[:, :1], rtol=1e-6, atol=0):
+            raise ParameterFileError(
+                f'{name}: the first row of a "{key}", theta = 0, holds different numbers, all 48 '
+                "must be equal; export it again"
+            )
 
 
 def _numbers(document: dict, key: str, shape: tuple[int, ...], name: str) -> np.ndarray:

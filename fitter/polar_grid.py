@@ -22,6 +22,9 @@ N_PHI = 48
 N_NODES = N_THETA * N_PHI
 GRID = (N_THETA, N_PHI)
 
+# Directions that differ: the pole is one.
+N_FREE = 1 + (N_THETA - 1) * N_PHI
+
 THETA_STEP = np.radians(15.0)
 PHI_STEP = np.radians(7.5)
 LAST_THETA = (N_THETA - 1) * THETA_STEP
@@ -40,7 +43,28 @@ def phi_nodes() -> np.ndarray:
 def directions() -> np.ndarray:
     """Unit directions of the nodes (288, 3), theta the slower; row 0 holds the pole 48 times."""
     theta, phi = (a.ravel() for a in np.meshgrid(theta_nodes(), phi_nodes(), indexing="ij"))
+    return unit_vectors(theta, phi)
+
+
+def unit_vectors(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Directions (n, 3) of angles (n,)."""
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+
+
+def free_numbers(tables: np.ndarray) -> np.ndarray:
+    """What is free of tables (k, 6, 48): (k, 241), the pole's number once and then the rows."""
+    flat = tables.reshape(len(tables), N_NODES)
+    return np.concatenate([flat[:, :1], flat[:, N_PHI:]], axis=1)
+
+
+def full_tables(free: np.ndarray) -> np.ndarray:
+    """Tables (k, 6, 48) of their free numbers (k, 241)."""
+    return free[:, free_index()].reshape(len(free), *GRID)
+
+
+def free_index() -> np.ndarray:
+    """Which free number each node of a flat table has: (288,)."""
+    return np.maximum(np.arange(N_NODES) - (N_PHI - 1), 0)
 
 
 def solid_angles() -> np.ndarray:

@@ -23,16 +23,34 @@ The terms are means over the curves of a factor. The first two are multiplied by
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from .model import FactorModel
+from . import polar_grid
+from .anisotropic_model import AnisotropicModel
+from .factors import Factors
 
 # Weights of the terms of the disorder.
 WRONG_WAY = {"fresnel": 1.0, "masking": 1.0, "ndf": 0.5}
 ROUGHNESS = {"fresnel": 3.0, "masking": 3.0, "ndf": 1.0}
 LEVEL = {"fresnel": 1e-3, "masking": 1e-5, "ndf": 1e-5}
+
+# The same for the tables of the anisotropic model, along theta and around phi. Along theta, where
+# six nodes are 15 degrees apart, no roughness: a second difference there is the shape itself. D may
+# have any number of peaks, that of cloth has one for every family of threads.
+ANISOTROPIC_WRONG_WAY = {"masking along": 1.0, "ratio along": 1.0}
+ANISOTROPIC_ROUGHNESS = {"masking around": 1.0, "ndf around": 0.1}
+# There are few angles at which the data could tell F from 1 / G^2, and far more of a drift between
+# the nodes than on them: F is held a hundred times more firmly, and what is to replace it in the
+# drift, G / cos theta, may not fall.
+ANISOTROPIC_LEVEL = {
+    "fresnel": 0.1,
+    "masking along": 1e-4,
+    "masking around": 1e-4,
+    "ndf along": 1e-5,
+    "ndf around": 1e-4,
+}
 
 # How much stronger the levels are without order, which else keeps F and G from drifting apart: the
 # scales of steel would reach 1e13, more than a parameter file holds.
@@ -64,40 +82,125 @@ class Terms:
     value: np.ndarray
 
 
-def terms(model: FactorModel, strength: float) -> dict[str, Terms]:
-    """Terms of the disorder of a model, by the name of the factor."""
+def terms(model: Factors, strength: float) -> dict[str, Terms]:
+    """Terms of the disorder of a model, by the name of the factor.
+
+    Positions of D and G are those of model.free_numbers.
+    """
+    free = {
+        "ndf": model.free_numbers(model.ndf),
+        "fresnel": model.fresnel,
+        "masking": model.free_numbers(model.masking),
+    }
+    if isinstance(model, AnisotropicModel):
+        families = _anisotropic_families(model.n_lobes, model.fresnel)
+    else:
+        families = _isotropic_families(free)
     return {
-        "ndf": _terms("ndf", model.ndf, strength, _decades, _away_from_peak),
-        "fresnel": _terms("fresnel", model.fresnel, strength, _plotted, _falling),
-        "masking": _terms("masking", model.masking, strength, _plotted, _rising),
+        name: _joined([_terms(numbers, strength, family) for family in families[name]])
+        for name, numbers in free.items()
     }
 
 
-def disorder(model: FactorModel, strength: float) -> float:
+def disorder(model: Factors, strength: float) -> float:
     """The disorder of a model, 0 for level factors."""
     return float(sum(t.cost.sum() for t in terms(model, strength).values()))
 
 
-def _terms(
-    name: str, factor: np.ndarray, strength: float, curve: Callable, wrong: Callable
-) -> Terms:
-    rows, n = factor.shape
-    v, slope = curve(factor)
+@dataclass(frozen=True)
+class _Family:
+    """Curves of a factor that are judged alike.
+
+    index : (rows, n) flat positions of each curve's numbers in the factor
+    curve : what takes curves to the values that are judged, and to their derivatives to log numbers
+    wrong : tells which steps go the wrong way
+    wrong_way, roughness, level : weights of the three terms
+    """
+
+    index: np.ndarray
+    curve: Callable
+    wrong: Callable
+    wrong_way: float
+    roughness: float
+    level: float
+
+
+def _isotropic_families(free: dict[str, np.ndarray]) -> dict[str, list[_Family]]:
+    shapes = {
+        "ndf": (_decades, _away_from_peak),
+        "fresnel": (_plotted, _falling),
+        "masking": (_plotted, _rising),
+    }
+    return {
+        name: [
+            _Family(
+                np.arange(free[name].size).reshape(free[name].shape),
+                *shape,
+                WRONG_WAY[name],
+                ROUGHNESS[name],
+                LEVEL[name],
+            )
+        ]
+        for name, shape in shapes.items()
+        if name in free
+    }
+
+
+def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_Family]]:
+    tables = np.arange(n_lobes * polar_grid.N_FREE).reshape(n_lobes, -1)
+    full = polar_grid.full_tables(tables)  # lobes, 6, 48
+    # around: closed, with two numbers repeated so that every second difference is there
+    lines = {
+        "along": full.transpose(0, 2, 1).reshape(-1, polar_grid.N_THETA),
+        "around": np.concatenate([full[:, 1:], full[:, 1:, :2]], axis=2).reshape(
+            -1, polar_grid.N_PHI + 2
+        ),
+    }
+
+    def family(name: str, axis: str, curve: Callable, wrong: Callable) -> _Family:
+        key = f"{name} {axis}"
+        weights = (ANISOTROPIC_WRONG_WAY, ANISOTROPIC_ROUGHNESS, ANISOTROPIC_LEVEL)
+        return _Family(lines[axis], curve, wrong, *(w.get(key, 0.0) for w in weights))
+
+    return {
+        "ndf": [family("ndf", axis, _decades, _away_from_peak) for axis in lines],
+        "fresnel": [
+            replace(isotropic, level=ANISOTROPIC_LEVEL["fresnel"])
+            for isotropic in _isotropic_families({"fresnel": fresnel})["fresnel"]
+        ],
+        "masking": [
+            *(family("masking", axis, _plotted, _rising) for axis in lines),
+            family("ratio", "along", _log_over_cosine, _falling),
+        ],
+    }
+
+
+def _joined(parts: list[Terms]) -> Terms:
+    return Terms(
+        *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Terms))
+    )
+
+
+def _terms(numbers: np.ndarray, strength: float, family: _Family) -> Terms:
+    """Terms of the curves of a family; numbers (rows, k) is the whole factor."""
+    index = family.index
+    values, derivative = family.curve(numbers)
+    factor, v, slope = (a.ravel()[index] for a in (numbers, values, derivative))
+    rows = len(index)
     step = np.diff(v)
-    size = np.where(wrong(step, factor), np.abs(step), 0)
+    size = np.where(family.wrong(step, factor), np.abs(step), 0)
     # size^2 / (size + SOFTENING) ~ size. A quadratic in the step with the same derivative lies
     # above it: minimising that never overshoots.
-    wrong_way = strength * WRONG_WAY[name] / rows
+    wrong_way = strength * family.wrong_way / rows
     half_derivative = wrong_way * (size + 2 * SOFTENING) / (2 * (size + SOFTENING) ** 2)
     root = np.sqrt(half_derivative) * (size > 0)
     second = v[:, 2:] - 2 * v[:, 1:-1] + v[:, :-2]
-    rough = np.sqrt(strength * ROUGHNESS[name] / rows)
+    rough = np.sqrt(strength * family.roughness / rows)
     logarithm = np.log(np.maximum(factor, np.finfo(float).tiny))
     both = (factor[:, 1:] > 0) & (factor[:, :-1] > 0)
-    weak = np.sqrt(LEVEL[name] * (1 if strength > 0 else FREE_LEVEL) / rows) * both
-    start = np.arange(rows)[:, None, None] * n
-    pair = start + np.arange(n - 1)[:, None] + np.arange(2)
-    triple = start + np.arange(n - 2)[:, None] + np.arange(3)
+    weak = np.sqrt(family.level * (1 if strength > 0 else FREE_LEVEL) / rows) * both
+    pair = np.stack([index[:, :-1], index[:, 1:]], -1)
+    triple = np.stack([index[:, :-2], index[:, 1:-1], index[:, 2:]], -1)
     parts = (
         (
             wrong_way * size**2 / (size + SOFTENING),
@@ -142,6 +245,13 @@ def _plotted(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _decades(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     v, _ = _plotted(factor)
     return np.log10(v + NDF_FLOOR), v / (v + NDF_FLOOR) / np.log(10)
+
+
+def _log_over_cosine(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """log(G / cos theta) of tables on the UTIA grid (lobes, 241)."""
+    cosine = polar_grid.directions()[polar_grid.N_PHI - 1 :, 2]
+    positive = np.maximum(factor, np.finfo(float).tiny)
+    return np.log(positive / cosine), np.ones_like(factor)
 
 
 def _rising(step: np.ndarray, factor: np.ndarray) -> np.ndarray:

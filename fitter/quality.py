@@ -7,21 +7,29 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Quality:
-    """Work of each stage of `fit`.
+class Work:
+    """Work of a fit.
 
-    starts : how many of starts.STARTS are explored
+    starts : how many of STARTS are explored
     sweeps, explore_steps : alternating sweeps and joint steps for each of them
     refine_steps : joint steps at most for the best of them
-    coarse_phi_group, coarse_angles : resolution of these stages, see `problem`
-    polish_steps : joint steps on all samples
-    polish_angles : angle bins of the polish
     """
 
     starts: int
     sweeps: int
     explore_steps: int
     refine_steps: int
+
+
+@dataclass(frozen=True)
+class Quality(Work):
+    """Work of an isotropic fit, which aggregates its samples; see Work and `problem`.
+
+    coarse_phi_group, coarse_angles : resolution of all stages but the last
+    polish_steps : joint steps on all samples
+    polish_angles : angle bins of the polish
+    """
+
     coarse_phi_group: int
     coarse_angles: int
     polish_steps: int
@@ -32,5 +40,10 @@ QUALITIES = {
     "draft": Quality(1, 6, 0, 13, 5, 180, 0, 180),
     "standard": Quality(3, 6, 4, 32, 5, 360, 4, 720),
     "best": Quality(5, 12, 8, 60, 5, 360, 24, 720),
+}
+ANISOTROPIC_QUALITIES = {
+    "draft": Work(1, 4, 0, 8),
+    "standard": Work(2, 4, 4, 25),
+    "best": Work(3, 8, 8, 60),
 }
 DEFAULT_QUALITY = "standard"

@@ -8,9 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import merl, rgl
+from . import merl, rgl, utia
+from .anisotropic_measurement import AnisotropicMeasurement
+from .errors import MeasurementError, printable, shown_name
 from .measured_file import opened
 from .measurement import Measurement
+
+AnyMeasurement = Measurement | AnisotropicMeasurement
 
 # How many bytes of a file a format may look at to recognise it.
 HEAD_SIZE = 64
@@ -23,32 +27,48 @@ class Format:
     name : as in Source.format
     suffixes : that its files usually have, lower case, with the dot
     recognises : whether the first HEAD_SIZE bytes and the size of a file are those of the format
-    read : the reader
+    read : the reader; takes an encoding too where there are any
+    encodings : ways to take the file's numbers, the default first
     """
 
     name: str
     suffixes: tuple[str, ...]
     recognises: Callable[[bytes, int], bool]
-    read: Callable[[str | os.PathLike], Measurement]
+    read: Callable[..., AnyMeasurement]
+    encodings: tuple[str, ...] = ()
 
 
 FORMATS = (
     Format("merl", (".binary",), merl.recognises, merl.read),
     Format("rgl", (".bsdf",), rgl.recognises, rgl.read),
+    Format("utia-bin", (".bin",), utia.recognises_bin, utia.read_bin, tuple(utia.ENCODINGS)),
+    Format("utia-exr", (".exr",), utia.recognises_exr, utia.read_exr, tuple(utia.ENCODINGS)),
 )
 SUFFIXES = tuple(suffix for format_ in FORMATS for suffix in format_.suffixes)
 EXPECTED = f"a measured BRDF ({', '.join(SUFFIXES)})"
 
 
-def read(path: str | os.PathLike) -> Measurement:
+def read(path: str | os.PathLike, *, encoding: str | None = None) -> AnyMeasurement:
     """Read a measured file.
+
+    encoding : one of the format's encodings; None for its default
 
     Raises
     ------
     MeasurementError
-        The file cannot be read, is of no known format, or holds nothing to fit.
+        The file cannot be read, is of no known format, holds nothing to fit, or its format does
+        not have that encoding.
     """
-    return detect(path).read(path)
+    format_ = detect(path)
+    if encoding is None:
+        return format_.read(path)
+    if encoding not in format_.encodings:
+        offered = ", ".join(format_.encodings) or "no choice"
+        raise MeasurementError(
+            f"{shown_name(path)}: encoding {printable(encoding)}, files of the format "
+            f"{format_.name} have {offered}; choose another or none"
+        )
+    return format_.read(path, encoding)
 
 
 def detect(path: str | os.PathLike) -> Format:

@@ -23,26 +23,22 @@ EXPOSURE = 0.3
 DISPLAY_GAMMA = 2.2
 
 
-class LitScene:
-    """Visible points with normals, seen along -z with +y up, under environment maps.
+class Scene:
+    """Pixels with something in them, seen along -z with +y up, under environment maps.
 
     A map's poles are +-y, its columns run from +x to +z. Direct light without shadows.
 
-    normals : (n, 3) unit, facing the viewer (+z), one for each pixel that is True in `mask`
     mask : (height, width)
-    environments : list of (h, w, 3) radiance maps, row 0 at +y; h and w at least 64 and 128
-
-    directions, solid_angle : unit (n, 3) middles of the texels and their solid angles (n,)
-    light : (environments, n, 3) radiance times solid angle
+    directions : (k, 3) unit, to the texels of a map
+    solid_angle : (k,) of the texels, sr
+    light : (environments, k, 3) radiance times solid angle of the texels
     """
 
-    def __init__(
-        self, normals: np.ndarray, mask: np.ndarray, environments: list[np.ndarray]
-    ) -> None:
+    def __init__(self, mask: np.ndarray, environments: list[np.ndarray]) -> None:
         rows, columns = ENVIRONMENT_SHAPE
         theta = (np.arange(rows) + 0.5) / rows * np.pi
         phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
-        directions = np.stack(
+        self.directions = np.stack(
             np.broadcast_arrays(
                 np.sin(theta)[:, None] * np.cos(phi),
                 np.cos(theta)[:, None],
@@ -50,16 +46,37 @@ class LitScene:
             ),
             -1,
         ).reshape(-1, 3)
-        solid_angle = np.repeat(np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns), columns)
+        texel = np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns)
+        self.solid_angle = np.repeat(texel, columns)
         self.light = np.stack(
             [
-                box_filtered(image, rows, columns).reshape(-1, 3) * solid_angle[:, None]
+                box_filtered(image, rows, columns).reshape(-1, 3) * self.solid_angle[:, None]
                 for image in environments
             ]
         ).astype(np.float32)
         self.mask = mask
-        self.normals, self.directions, self.solid_angle = normals, directions, solid_angle
-        self._bins = _table_look_ups(normals, directions)
+
+    def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
+        """Display picture (height, width, 3) in 0..1 of one environment's pixels."""
+        image = np.zeros((*self.mask.shape, 3))
+        image[self.mask] = display(pixels, reference)
+        return image
+
+
+class LitScene(Scene):
+    """Visible points with normals, for isotropic materials.
+
+    normals : (n, 3) unit, facing the viewer (+z), one for each pixel that is True in `mask`
+    mask : (height, width)
+    environments : list of (h, w, 3) radiance maps, row 0 at +y; h and w at least 64 and 128
+    """
+
+    def __init__(
+        self, normals: np.ndarray, mask: np.ndarray, environments: list[np.ndarray]
+    ) -> None:
+        super().__init__(mask, environments)
+        self.normals = normals
+        self._bins = _table_look_ups(normals, self.directions)
 
     def render(self, f_r: np.ndarray) -> np.ndarray:
         """Linear pixels (environments, n_pixels, 3) of a table (90, 90, 180, 3) in 1/sr."""
@@ -73,22 +90,22 @@ class LitScene:
                 out[:, rows, channel] = self.light[..., channel] @ reflected.T
         return out
 
-    def picture(self, pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """Display picture (height, width, 3) in 0..1 of one environment's pixels."""
-        image = np.zeros((*self.mask.shape, 3))
-        image[self.mask] = display(pixels, reference)
-        return image
-
 
 class SphereScene(LitScene):
     """The unit sphere; see LitScene."""
 
     def __init__(self, environments: list[np.ndarray], resolution: int = RESOLUTION) -> None:
-        axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
-        x, y = np.meshgrid(axis, -axis)
-        mask = x * x + y * y < 1
-        x, y = x[mask], y[mask]
-        super().__init__(np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1), mask, environments)
+        normals, mask = sphere_normals(resolution)
+        super().__init__(normals, mask, environments)
+
+
+def sphere_normals(resolution: int) -> tuple[np.ndarray, np.ndarray]:
+    """Normals (n, 3) of the unit sphere at the centres of the pixels in the mask, and the mask."""
+    axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+    x, y = np.meshgrid(axis, -axis)
+    mask = x * x + y * y < 1
+    x, y = x[mask], y[mask]
+    return np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1), mask
 
 
 def display(pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:

@@ -9,14 +9,18 @@ of a highlight as far as GGX can follow it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from .anisotropic_model import AnisotropicModel
 from .closures import Closure
-from .geometry import HALF_PI
+from .factors import Factors
+from .geometry import HALF_PI, theta_h_centres
 from .model import FactorModel
 from .quadrature import view_quadrature
+from .splines import masking_nodes
 from .tables import lobe_albedo, sampling_tables, versine_nodes
 
 # View angles of the colours, degrees: dense where Fresnel rises.
@@ -24,6 +28,8 @@ VIEW_ANGLES = (0.0, 20.0, 35.0, 48.0, 58.0, 66.0, 72.0, 77.0, 81.0, 84.0, 87.0, 
 
 # Of the integral of a GGX lobe: half vectors, azimuths.
 POINTS = (96, 16)
+
+AZIMUTHS = 48
 
 ALPHAS = np.geomspace(2e-3, 1, 160)
 
@@ -46,8 +52,9 @@ class StandIn:
     albedo: np.ndarray
 
 
-def stand_in(model: FactorModel) -> StandIn:
-    """The closures that stand in for a model."""
+def stand_in(model: Factors) -> StandIn:
+    """The closures that stand in for a model; an anisotropic one is averaged over azimuths."""
+    model = without_direction(model)
     theta_o = np.minimum(np.radians(VIEW_ANGLES), HALF_PI)
     albedo = np.moveaxis(lobe_albedo(model, theta_o, n_phi=24, n_per_bin=2), 0, 1)
     alpha = matched_alpha(model)
@@ -57,6 +64,25 @@ def stand_in(model: FactorModel) -> StandIn:
         cosines=np.cos(theta_o),
         colors=albedo / _ggx_albedo(alpha, theta_o)[..., None],
         albedo=albedo,
+    )
+
+
+def without_direction(model: Factors) -> FactorModel:
+    """An isotropic model: the mean of D and G over azimuths, where they depend on one."""
+    if not isinstance(model, AnisotropicModel):
+        return model
+    phi = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
+
+    def mean(evaluate: Callable, theta: np.ndarray) -> np.ndarray:
+        values = evaluate(np.repeat(theta, AZIMUTHS), np.tile(phi, len(theta)))
+        return values.reshape(len(values), -1, AZIMUTHS).mean(-1)
+
+    return FactorModel(
+        diffuse=model.diffuse,
+        scale=model.scale,
+        ndf=mean(model.evaluate_ndf, theta_h_centres()),
+        masking=mean(model.evaluate_masking, masking_nodes()),
+        fresnel=model.fresnel,
     )
 
 

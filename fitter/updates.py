@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .factors import AnyFactors
 from .model import FactorModel
 from .nnls import solve_nonnegative
 from .problem import Moments, Problem, amplitudes
@@ -41,11 +42,16 @@ def update_diffuse_and_scale(problem: Problem, moments: Moments, model: FactorMo
     right = np.empty((3, n_lobes + 1))
     right[:, :n_lobes] = (shape * moments.kernel_target).sum((0, 1)).T
     right[:, n_lobes] = problem.cell_target.sum((0, 1))
-    x = solve_nonnegative(matrix, right)
-    scale = x[:, :n_lobes].T
+    after = with_diffuse_and_scale(model, solve_nonnegative(matrix, right))
+    return _better(problem, moments, model, after)
+
+
+def with_diffuse_and_scale(model: AnyFactors, solution: np.ndarray) -> AnyFactors:
+    """The model with the s_mc and d_c of a solution (3, lobes + 1), no lobe dead."""
+    scale = solution[:, :-1].T
     # where the data wants none of the lobes as they are, the floor comes from what they had
     floored = np.maximum(scale, SCALE_FLOOR * (scale.max() or model.scale.max()))
-    return _better(problem, moments, model, replace(model, scale=floored, diffuse=x[:, n_lobes]))
+    return replace(model, scale=floored, diffuse=solution[:, -1])
 
 
 def update_ndf(problem: Problem, moments: Moments, model: FactorModel) -> FactorModel:
@@ -77,18 +83,36 @@ def update_fresnel(problem: Problem, moments: Moments, model: FactorModel) -> Fa
 def update_masking(
     problem: Problem, kernels: np.ndarray, model: FactorModel, lobe: int
 ) -> FactorModel:
+    """The extended AWLS for one G, see `best_masking`.
+
+    kernels : (lobes, 8100, n_phi) of the present model
+    """
+    pair_matrix, pair_right = masking_normal_equations(problem, kernels, model, lobe)
+    masking = model.masking.copy()
+    masking[lobe] = best_masking(pair_matrix, pair_right, problem.basis, masking[lobe])
+    return replace(model, masking=masking)
+
+
+def best_masking(
+    pair_matrix: np.ndarray,
+    pair_right: np.ndarray,
+    basis: np.ndarray,
+    control: np.ndarray,
+    least: float = 0.0,
+) -> np.ndarray:
     """The extended AWLS: every control point of one G in turn, set to its exact best value.
 
     With x one control point of G, G(theta_i) = a_i + c_i x and G(theta_o) = a_o + c_o x. In the
     three situations of eqs. 5-7 (x touches only theta_i, only theta_o, or both) the squared error
     is a polynomial of degree 2, 2 or 4, so the derivative of the sum is a cubic. Its real roots,
-    zero and the present value are compared by their objective, and the best is kept.
+    the least value allowed and the present value are compared by their objective, and the best is
+    kept.
 
-    kernels : (lobes, 8100, n_phi) of the present model
+    pair_matrix, pair_right : (n, n) sums over pairs of angles, see masking_normal_equations
+    basis : (n, k) takes control points to u at the angles
+    control : (k,) control points now; the result is new
     """
-    pair_matrix, pair_right = masking_normal_equations(problem, kernels, model, lobe)
-    control = model.masking[lobe].copy()
-    basis = problem.basis
+    control = control.copy()
     u = basis @ control
     # With q = u^2, the objective is q' A q / 2 - u' B u: A, B symmetric. A q and B u are kept up
     # to date; one control point changes u only on the few bins of its support.
@@ -109,7 +133,7 @@ def update_masking(
             q1 @ block @ q2,
             0.5 * (q2 @ block @ q2),
         )
-        best = _minimum_of_quartic(polynomial, present)
+        best = _minimum_of_quartic(polynomial, present, least)
         if best == present:
             continue
         after = base + slope * best
@@ -117,9 +141,7 @@ def update_masking(
         right_u += pair_right[:, s] @ (after - u[s])
         u[s] = after
         control[k] = best
-    masking = model.masking.copy()
-    masking[lobe] = control
-    return replace(model, masking=masking)
+    return control
 
 
 def masking_normal_equations(
@@ -139,8 +161,13 @@ def masking_normal_equations(
     return matrix + matrix.T, vector + vector.T
 
 
-def _minimum_of_quartic(coefficients: tuple[float, ...], present: float) -> float:
-    """Where c1 x + c2 x^2 + c3 x^3 + c4 x^4 is least over x >= 0; `present` if nothing is lower."""
+def _minimum_of_quartic(
+    coefficients: tuple[float, ...], present: float, least: float = 0.0
+) -> float:
+    """Where c1 x + c2 x^2 + c3 x^3 + c4 x^4 has its minimum over x >= least.
+
+    `present` if nothing is lower.
+    """
     c1, c2, c3, c4 = coefficients
     if not c4 > 0:
         return present  # no data sees this control point
@@ -148,7 +175,8 @@ def _minimum_of_quartic(coefficients: tuple[float, ...], present: float) -> floa
     def value(x: float) -> float:
         return (((c4 * x + c3) * x + c2) * x + c1) * x
 
-    candidates = [0.0, *(x for x in _real_cubic_roots(4 * c4, 3 * c3, 2 * c2, c1) if x > 0)]
+    roots = _real_cubic_roots(4 * c4, 3 * c3, 2 * c2, c1)
+    candidates = [least, *(x for x in roots if x > least)]
     best = min(candidates, key=value)
     return best if value(best) < value(present) else present
 

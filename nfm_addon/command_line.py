@@ -121,13 +121,7 @@ def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
 
 
 def _run_demo(arguments: argparse.Namespace) -> None:
-    folder: Path = arguments.output
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise NfmError(
-            f"{shown_name(folder)}: cannot be made a folder ({error.strerror}); choose another"
-        ) from error
+    folder = fitter_command_line.made_folder(arguments.output)
     path = arguments.file
     if path is None:
         path = folder / f"synthetic-{DEMO_SAMPLE}.binary"

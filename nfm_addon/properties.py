@@ -55,6 +55,15 @@ SAMPLING_ITEMS = (
 
 DEFAULT_SAMPLING = "NATIVE"
 
+AUTOMATIC = "AUTO"
+
+# Names are those of fitter.utia.ENCODINGS.
+ENCODING_ITEMS = (
+    (AUTOMATIC, "Automatic", "As files of this format usually are"),
+    ("linear", "Linear", "Radiometric values, as the UTIA database publishes them"),
+    ("srgb-140", "sRGB, 140", "Values encoded for display with 140 as white, as in older files"),
+)
+
 QUALITY_ITEMS = (
     ("DRAFT", "Draft", "A first look, in about 2 seconds"),
     ("STANDARD", "Standard", "For most uses, in less than 10 seconds"),

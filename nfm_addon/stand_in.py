@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..fitter.model import FactorModel
+from ..fitter.factors import Factors
 from ..fitter.stand_in import StandIn, stand_in
 from . import live_nodes
 
@@ -19,7 +19,7 @@ FRAME = "NFM Stand-in"
 BELOW = -1700  # where the nodes stand, under the curves
 
 
-def put(group: bpy.types.ShaderNodeTree, model: FactorModel) -> StandIn:
+def put(group: bpy.types.ShaderNodeTree, model: Factors) -> StandIn:
     """Make the stand-in follow a model; its nodes are made if the group has none."""
     values = stand_in(model)
     if FRAME not in group.nodes:

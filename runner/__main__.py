@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> int:
         say(f"there is no verb {name!r}; ./nfm --help lists them")
         return BAD_USAGE
     try:
-        python = _prepare(VERBS[name])
+        python = _prepare(VERBS[name], rest)
         # The verb takes the place of this process: its exit status and its signals are its own.
         os.execv(python, [python, *VERBS[name].command, *rest])
     except (SetupError, OSError) as error:
@@ -34,12 +34,12 @@ def main(arguments: list[str]) -> int:
         return INTERRUPTED
 
 
-def _prepare(verb: Verb) -> str:
+def _prepare(verb: Verb, arguments: list[str]) -> str:
     debian.require_whole_python()
     # Only now: these need modules that a minimal Python of Debian's lacks.
     from . import environment, system_libraries
 
-    python = environment.ensure(verb.extras)
+    python = environment.ensure(verb.extras_for(arguments))
     if verb.loads_blender:
         system_libraries.ensure(python)
     return str(python)

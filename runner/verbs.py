@@ -7,13 +7,20 @@ class Verb(NamedTuple):
     """What a verb runs and what has to be there for it.
 
     `command` goes to the environment's interpreter, before the caller's arguments. `extras`
-    are those of pyproject.toml that are installed only when this verb is used.
+    are those of pyproject.toml that are installed only when this verb is used, `option_extras`
+    those that an option of it needs.
     """
 
     summary: str
     command: tuple[str, ...]
     loads_blender: bool = True
     extras: tuple[str, ...] = ()
+    option_extras: tuple[tuple[str, str], ...] = ()
+
+    def extras_for(self, arguments: list[str]) -> tuple[str, ...]:
+        """Return the extras that these arguments of the verb call for."""
+        options = {argument.partition("=")[0] for argument in arguments}
+        return (*self.extras, *(extra for option, extra in self.option_extras if option in options))
 
 
 def _module(name: str, *arguments: str) -> tuple[str, ...]:
@@ -23,14 +30,19 @@ def _module(name: str, *arguments: str) -> tuple[str, ...]:
 
 VERBS = {
     "demo": Verb("fit and render a sample material", _module("runner.blender", "demo")),
-    "fit": Verb("fit a measured file", _module("fitter", "fit"), loads_blender=False),
+    "fit": Verb(
+        "fit a measured file, or a folder of them",
+        _module("fitter", "fit"),
+        loads_blender=False,
+        option_extras=(("--dask", "dask"),),
+    ),
     "export": Verb(
         "write fitted parameters as a MERL file", _module("fitter", "export"), loads_blender=False
     ),
     "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
     "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),
-    "bench": Verb("print the tables of figures", _module("benchmarks")),
+    "bench": Verb("print the tables of figures", _module("benchmarks"), extras=("report",)),
     "test": Verb(
         "run ruff, then pytest on both Blender versions",
         _module("runner.checks"),

@@ -34,22 +34,23 @@ def glossy(incident, exitant, alpha=(0.3, 0.3)):
     return 0.05 + distribution / (4 * (incident[:, 2] + exitant[:, 2]))
 
 
-def fields_of(f_r, phi_i=(0.0,), *, spectral=False, jacobian=True, n=24, n_theta=7):
+def fields_of(f_r, phi_i=(0.0,), *, spectral=False, jacobian=True, n=24, n_theta=7, width=0.5):
     """Fields of a file that holds f_r(incident, exitant) (n,), tinted by 1, 1/2 and 1/4.
 
-    A spectral file has the same in three bands of WAVELENGTHS.
+    A spectral file has the same in three bands of WAVELENGTHS. The normals that it expects to see
+    are within `width` radians or so.
     """
     isotropic = len(phi_i) < 3
     phi_i = np.asarray(phi_i, "<f4")
     theta_i = np.linspace(0, HALF_PI, n_theta, dtype="<f4")
     u = np.linspace(0, 1, 24)
     theta_m, phi_m = u**2 * HALF_PI, (2 * u - 1) * np.pi
-    ndf = np.exp(-((theta_m / 0.5) ** 2)) * np.ones((24, 1)) + 0.01
+    ndf = np.exp(-((theta_m / width) ** 2)) * np.ones((24, 1)) + 0.01
     sigma = np.cos(theta_m) * np.ones((24, 1)) + 0.05
     m = spherical(theta_m[None, :], phi_m[:, None])
     incident = spherical(theta_i[None, :], np.where(isotropic, 0, phi_i)[:, None])
     visible = np.einsum("ptx,yzx->ptyz", incident, m).clip(0) + 1e-3
-    vndf = (visible * ndf * (u * np.sin(theta_m) + 1e-4)).astype("<f4")
+    vndf = (visible * ndf * (u * np.sin(theta_m) + 1e-4 * width)).astype("<f4")
 
     grid = np.linspace(0, 1, n)
     x, y = (axis.ravel() for axis in np.meshgrid(grid, grid))

@@ -44,9 +44,11 @@ class FitProcess:
         The process cannot be started.
     """
 
-    def __init__(self, path: str, quality: str, draft: bool) -> None:
+    def __init__(
+        self, path: str, quality: str, *, draft: bool, encoding: str | None = None
+    ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="nfm-", dir=bpy.app.tempdir))
-        request = Request(path, quality, draft, str(self.folder))
+        request = Request(path, quality, draft, str(self.folder), encoding)
         packages = Path(np.__file__).resolve().parents[1]
         command = [sys.executable, "-I", "-B", "-c", CODE, EXTENSION, packages]
         self._errors = (self.folder / "errors.txt").open("w+b")

@@ -62,6 +62,7 @@ class Landing(Protocol):
 class Job:
     """One fit.
 
+    encoding : as readers.read takes it
     step, progress : what it does and how far it is, 0..1
     started : time.monotonic() when it began to run
     """
@@ -69,6 +70,7 @@ class Job:
     path: str
     quality: str
     landing: Landing
+    encoding: str | None = None
     step: str = "Waiting"
     progress: float = 0.0
     started: float | None = None
@@ -129,7 +131,9 @@ class FitQueue:
 
     def _start(self, job: Job) -> None:
         try:
-            job.process = FitProcess(job.path, job.quality, job.landing.wants_draft)
+            job.process = FitProcess(
+                job.path, job.quality, draft=job.landing.wants_draft, encoding=job.encoding
+            )
         except OSError as error:
             self._fail(job, rpt_("Python could not be started ({:s})").format(str(error)))
             return
@@ -165,9 +169,10 @@ class FitQueue:
 
 def _result(path: str) -> FitResult:
     folder = Path(path).parent
+    slices = folder / SLICES_FILE
     return FitResult(
         parameter_file.load(path),
-        slices=np.load(folder / SLICES_FILE),
+        slices=np.load(slices) if slices.exists() else None,
         icon=np.load(folder / ICON_FILE),
     )
 

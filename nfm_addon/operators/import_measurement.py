@@ -20,7 +20,13 @@ from ..fitting import landing
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import DROPPED_SUFFIXES, FILE_FILTER, SUFFIXES
 from ..preferences import preferences_of
-from ..properties import DEFAULT_SAMPLING, QUALITY_ITEMS, SAMPLING_ITEMS
+from ..properties import (
+    AUTOMATIC,
+    DEFAULT_SAMPLING,
+    ENCODING_ITEMS,
+    QUALITY_ITEMS,
+    SAMPLING_ITEMS,
+)
 
 
 class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
@@ -53,6 +59,13 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         description="How Cycles samples the material; can be changed later",
         items=SAMPLING_ITEMS,
         default=DEFAULT_SAMPLING,
+    )
+    encoding: EnumProperty(
+        name="Encoding",
+        description="How the numbers of a UTIA file (.bin, .exr) are taken; other formats have no "
+        "choice",
+        items=ENCODING_ITEMS,
+        default=AUTOMATIC,
     )
     assign: BoolProperty(
         name="Assign to Selection",
@@ -96,7 +109,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             if waits or is_parameter_file(path):
                 done += self._land(context, place)
             else:
-                queue.add(Job(path, self.quality.lower(), place))
+                queue.add(Job(path, self.quality.lower(), place, self._encoding()))
                 done += 1
         if queue.jobs and not waits:
             bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
@@ -108,6 +121,9 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             return [str(folder / item.name) for item in self.files]
         return [bpy.path.abspath(self.filepath)]
 
+    def _encoding(self) -> str | None:
+        return None if self.encoding == AUTOMATIC else self.encoding
+
     def _land(self, context: bpy.types.Context, place: landing.NewMaterial) -> bool:
         """Fit or load at once; whether that went well."""
         progress = context.window_manager
@@ -115,6 +131,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         try:
             fitted = material_from_file(
                 place.path,
+                encoding=self._encoding(),
                 quality=self.quality.lower(),
                 on_step=lambda step: progress.progress_update(step.progress),
             )

@@ -33,9 +33,8 @@ def here(monkeypatch, tmp_path, make_result):
 
     monkeypatch.setattr(pool, "_worker", None)
     monkeypatch.setattr(pool, "grade", graded)
-    monkeypatch.setattr(pool.signal, "signal", lambda *arguments: None)
     store = Store(tmp_path)
-    pool._initialize(SETTINGS, (), store, Steps)
+    pool._prepare(SETTINGS, (), store, Steps)
     return store, steps
 
 

@@ -7,7 +7,7 @@ import tempfile
 import numpy as np
 import pytest
 
-from fitter import merl, parameter_file, synthetic
+from fitter import merl, parameter_file, synthetic, utia
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
 
@@ -198,7 +198,7 @@ def test_quality_reaches_the_fit(
 ):
     seen = []
 
-    def fit(path, *, quality, on_step):
+    def fit(path, *, encoding, quality, on_step):
         seen.append(quality)
         return fitted
 
@@ -206,6 +206,12 @@ def test_quality_reaches_the_fit(
     mesh_object()
     import_file(parameter_path, **options)
     assert seen == [expected]
+
+
+def test_every_encoding_of_the_fitter_is_offered(addon):
+    properties = addon("properties")
+    names = [identifier for identifier, *_ in properties.ENCODING_ITEMS]
+    assert names == [properties.AUTOMATIC, *utia.ENCODINGS]
 
 
 def test_every_quality_of_the_fitter_is_offered(addon):

@@ -11,7 +11,7 @@ from runner.verbs import VERBS
 def prepared(monkeypatch):
     """Skip the environment; collect what would be executed."""
     executed = []
-    monkeypatch.setattr(runner, "_prepare", lambda verb: "/env/python")
+    monkeypatch.setattr(runner, "_prepare", lambda verb, arguments: "/env/python")
     monkeypatch.setattr(os, "execv", lambda path, argv: executed.append((path, argv)))
     return executed
 
@@ -63,12 +63,19 @@ def test_verbs_that_do_without_blender():
     assert [n for n, verb in VERBS.items() if not verb.loads_blender] == ["fit", "export"]
 
 
+@pytest.mark.parametrize("option", [["--dask", "tcp://x"], ["--dask=tcp://x"]])
+def test_options_bring_their_extras(option):
+    assert VERBS["fit"].extras_for(["folder", *option]) == ("dask",)
+    assert VERBS["fit"].extras_for(["folder"]) == ()
+    assert VERBS["compare"].extras_for(["file"]) == ("report",)
+
+
 @pytest.mark.parametrize(
     ("error", "status"),
     [(SetupError("no"), 1), (PermissionError("no"), 1), (KeyboardInterrupt(), 130)],
 )
 def test_failed_preparation_has_a_status_and_no_traceback(monkeypatch, error, status):
-    def fail(verb):
+    def fail(verb, arguments):
         raise error
 
     monkeypatch.setattr(runner, "_prepare", fail)
