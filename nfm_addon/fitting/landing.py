@@ -15,7 +15,8 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...fitter.icon import material_icon
-from .. import assets, assignment, material, slices_text, undo
+from .. import assets, assignment, material, render_setup, slices_text, undo
+from ..preferences import preferences_of
 from .queue import FitResult
 
 # Results of this session by the token of their import, for drafts that undo brings back.
@@ -49,9 +50,9 @@ class NewMaterial:
     def final(self, result: FitResult) -> str:
         """Replace the draft's model, or make the material if there was no draft."""
         if not self._has_landed:
-            new = self._make(result)
+            message = self._message(self._make(result))
             undo.push(rpt_("Import Measured BRDF"))
-            return self._message(new)
+            return message
         _finished[self._token] = result
         landed = _with_token(self._token)
         for item in landed:
@@ -94,6 +95,7 @@ class NewMaterial:
         return new
 
     def _message(self, new: bpy.types.Material) -> str:
+        """Where the material is, its error, and what was changed in the scene for it."""
         names = [item.name for done in self._assignments if (item := done.find_object())]
         if not self.targets:
             message = rpt_("{:s} is in the material list").format(new.name)
@@ -106,6 +108,10 @@ class NewMaterial:
         if new.nfm.sampling == "NATIVE":
             error = rpt_("; error of native sampling {:.2f} %")
             message += error.format(100 * new.nfm.native_error)
+        if preferences_of(bpy.context).automatic_set_up:
+            changes = render_setup.set_up(bpy.context)
+            if changes:
+                message += rpt_("; changed: {:s}").format("; ".join(changes))
         return message
 
 

@@ -68,22 +68,34 @@ def test_twice_registered_and_unregistered(run_python):
     on, off, on_again, off_again, on_at_last = json.loads(line)
     assert on == on_again == on_at_last
     assert off == off_again
-    assert on["types"] == [
-        "NFM_AP_preferences",
-        "NFM_FH_measured_brdf",
-        "NFM_OT_cancel_fit",
-        "NFM_OT_give_lamps_size",
-        "NFM_OT_import_measurement",
-        "NFM_OT_watch_fits",
-        "NFM_PG_material",
-        "NFM_PT_material",
-    ]
-    assert on["operators"] == [
+    operators = [
         "cancel_fit",
+        "export_parameters",
         "give_lamps_size",
         "import_measurement",
+        "load_preset",
+        "refit",
+        "replace_measurement",
+        "reset_material",
+        "save_preset",
+        "set_up_render",
         "watch_fits",
     ]
+    assert on["operators"] == operators
+    assert on["types"] == sorted(
+        [
+            *(f"NFM_OT_{name}" for name in operators),
+            "NFM_AP_preferences",
+            "NFM_FH_measured_brdf",
+            "NFM_PG_edit",
+            "NFM_PG_group",
+            "NFM_PG_lobe_sliders",
+            "NFM_PG_material",
+            "NFM_PG_plot",
+            "NFM_PT_material",
+            "NFM_PT_material_nodes",
+        ]
+    )
     assert on["property"] is True
     assert len(on["menu"]) == 1
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
