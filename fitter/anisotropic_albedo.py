@@ -11,6 +11,7 @@ from . import polar_grid
 from .anisotropic_model import AnisotropicModel
 from .geometry import HALF_PI
 from .limits import MOST_ALBEDO, SAFE_ALBEDO
+from .quadrature import HalfVectors
 
 # Midpoints of half vectors: 5 degrees by 3.75 degrees, three by two in every cell of D.
 N_THETA_H, N_PHI_H = 18, 96
@@ -32,22 +33,14 @@ def largest_directional_albedo(model: AnisotropicModel) -> float:
 def lobe_albedo(model: AnisotropicModel, views: np.ndarray) -> np.ndarray:
     """Directional albedo (n, lobes, 3) of the lobes at unit view directions (n, 3)."""
     edges = np.linspace(0, HALF_PI, N_THETA_H + 1)
-    theta_h, phi_h = np.meshgrid(
-        (edges[1:] + edges[:-1]) / 2,
-        (np.arange(N_PHI_H) + 0.5) / N_PHI_H * 2 * np.pi,
-        indexing="ij",
-    )
-    h = polar_grid.unit_vectors(theta_h.ravel(), phi_h.ravel())
-    solid_angle = np.repeat(-np.diff(np.cos(edges)) * 2 * np.pi / N_PHI_H, N_PHI_H)
+    ring = -np.diff(np.cos(edges)) * 2 * np.pi
+    theta_h = (edges[1:] + edges[:-1]) / 2
+    half_vectors = HalfVectors.on_rings(theta_h, ring, N_PHI_H, turn=2 * np.pi)
     out = np.empty((len(views), model.n_lobes, 3))
-    for row, view in enumerate(views):
-        cos_d = h @ view
-        wi = 2 * cos_d[:, None] * h - view
-        keep = (cos_d > 0) & (wi[:, 2] > 0)
-        wi = wi[keep]
-        # dwi = 4 cos(theta_d) dh
-        factor = wi[:, 2] * 4 * cos_d[keep] * solid_angle[keep]
-        out[row] = factor @ model.lobe_values(wi, np.broadcast_to(view, wi.shape))
+    for row, wo in enumerate(views):
+        view = half_vectors.seen_from(wo)
+        values = model.lobe_values(view.wi, np.broadcast_to(wo, view.wi.shape))
+        out[row] = (view.wi[:, 2] * view.solid_angle) @ values
     return out
 
 

@@ -32,6 +32,8 @@ class AnisotropicModel(Factors):
     masking : (lobes, 6, 48) G_m at the nodes of polar_grid
     """
 
+    kind = "anisotropic"
+
     @staticmethod
     def free_numbers(tables: np.ndarray) -> np.ndarray:
         """Numbers (lobes, 241) of a D or G (lobes, 6, 48): the pole counts once."""

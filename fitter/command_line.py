@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from . import batch, cluster, export, measured_file, parameter_file, readers, utia
-from .anisotropic_model import AnisotropicModel
 from .base_error import base_error
 from .base_lobes import fit_base_lobes
 from .errors import NfmError, printable, shown_name
@@ -211,7 +210,7 @@ def _fit_file(arguments: argparse.Namespace) -> None:
 
 def _native_figures(model: Factors) -> dict[str, float]:
     """How good the base lobes are; anisotropic models have none yet."""
-    if isinstance(model, AnisotropicModel):
+    if model.kind == "anisotropic":
         return {}
     return base_error(model, fit_base_lobes(model)).figures()
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Self, TypeVar
+from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Factors(ABC):
     In the gauge that `normalized` gives, every D_m, G_m and F_c has maximum 1 and the energy is in
     scale.
     """
+
+    kind: ClassVar[str]  # "isotropic" or "anisotropic"
 
     diffuse: np.ndarray
     scale: np.ndarray

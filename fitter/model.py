@@ -24,6 +24,8 @@ class FactorModel(Factors):
     masking : (lobes, 90) G_m at splines.masking_nodes()
     """
 
+    kind = "isotropic"
+
     def ndf_width(self) -> np.ndarray:
         """Width (lobes,): the mean position on the square-root axis, weighted by D cos."""
         centres = np.arange(N_THETA_H) + 0.5

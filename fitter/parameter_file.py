@@ -110,12 +110,12 @@ class FittedMaterial:
 def dumps(material: FittedMaterial) -> str:
     """Text of a parameter file; the same material gives the same text."""
     model, source = material.model, material.source
-    name, kind = next((n, k) for n, k in _KINDS.items() if isinstance(model, k.model))
+    kind = _KINDS[model.kind]
     document = {
         "format": FORMAT,
         "version": VERSION,
         "model": MODEL,
-        "kind": name,
+        "kind": model.kind,
         "name": material.name,
         "diffuse": model.diffuse.tolist(),
         "scale": model.scale.tolist(),

@@ -19,9 +19,11 @@ LEAST_COS_I = 1e-3
 
 @dataclass(frozen=True)
 class ViewQuadrature:
-    """Points for integrals of a function that is even in y, over wi at one wo in the x-z plane.
+    """Points for integrals over wi at one wo.
 
-    wi : (n, 3) unit, above the horizon, half of them mirrored away
+    For functions that are even in y, with wo in the x-z plane, half of the points may do.
+
+    wi : (n, 3) unit, above the horizon
     wo : (3,)
     solid_angle : (n,) sr; sums to about 2 pi over the whole hemisphere
     """
@@ -33,9 +35,9 @@ class ViewQuadrature:
 
 @dataclass(frozen=True)
 class HalfVectors:
-    """Points for integrals over half vectors of a function that is even in y.
+    """Points for integrals over half vectors.
 
-    h : (n, 3) unit, above the horizon, half of them mirrored away
+    h : (n, 3) unit, above the horizon; for functions that are even in y, half of them
     solid_angle : (n,) sr; sums to 2 pi
     """
 
@@ -43,19 +45,25 @@ class HalfVectors:
     solid_angle: np.ndarray
 
     @classmethod
-    def on_rings(cls, theta_h: np.ndarray, ring: np.ndarray, n_phi: int) -> HalfVectors:
+    def on_rings(
+        cls, theta_h: np.ndarray, ring: np.ndarray, n_phi: int, turn: float = np.pi
+    ) -> HalfVectors:
         """Midpoints of n_phi azimuths over half a turn, at angles theta_h (n,), radians.
 
         ring : (n,) solid angle of each ring, over the whole turn, sr
+        turn : 2 pi for functions that are not even in y
         """
-        phi = (np.arange(n_phi) + 0.5) / n_phi * np.pi
+        phi = (np.arange(n_phi) + 0.5) / n_phi * turn
         sin_h, cos_h = np.sin(theta_h)[:, None], np.cos(theta_h)[:, None]
         points = np.broadcast_arrays(sin_h * np.cos(phi), sin_h * np.sin(phi), cos_h)
         return cls(np.stack(points, -1).reshape(-1, 3), np.repeat(ring / n_phi, n_phi))
 
     def at_view(self, theta_o: float, least_cos_i: float = 0.0) -> ViewQuadrature:
         """The light directions that wo at theta_o mirrors to, above least_cos_i."""
-        wo = np.array([np.sin(theta_o), 0.0, np.cos(theta_o)])
+        return self.seen_from(np.array([np.sin(theta_o), 0.0, np.cos(theta_o)]), least_cos_i)
+
+    def seen_from(self, wo: np.ndarray, least_cos_i: float = 0.0) -> ViewQuadrature:
+        """The light directions that a unit wo (3,) mirrors to, above least_cos_i."""
         cos_d = self.h @ wo
         wi = 2 * cos_d[:, None] * self.h - wo
         keep = (cos_d > 0) & (wi[:, 2] > least_cos_i)

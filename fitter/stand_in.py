@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .anisotropic_model import AnisotropicModel
 from .closures import Closure
 from .factors import Factors
 from .geometry import HALF_PI, theta_h_centres
@@ -69,7 +68,7 @@ def stand_in(model: Factors) -> StandIn:
 
 def without_direction(model: Factors) -> FactorModel:
     """An isotropic model: the mean of D and G over azimuths, where they depend on one."""
-    if not isinstance(model, AnisotropicModel):
+    if model.kind != "anisotropic":
         return model
     phi = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
 

@@ -186,7 +186,12 @@ def fitted_material(owner: bpy.types.Material) -> parameter_file.FittedMaterial:
 
 
 def draw_curves(owner: bpy.types.Material) -> None:
-    """Draw the curves of a material from its measurement; whatever was edited is gone."""
+    """Draw the curves of a material from its measurement; whatever was edited is gone.
+
+    Anisotropic factors have no curves.
+    """
+    if fitted_material(owner).model.kind == "anisotropic":
+        return
     group = group_of(owner)
     curve_nodes.ensure(group)
     curve_nodes.draw(group, curves.drawn(fitted_material(owner).model).heights())
@@ -251,7 +256,7 @@ def _model(state: State, heights: dict[str, np.ndarray]) -> FactorModel:
     """The model that the shader's tables hold: without what are inputs."""
     model = state.measured
     edit = state.settings.edit
-    if edit.show_original:
+    if edit.show_original or model.kind == "anisotropic":
         return model
     if state.share:
         model = blend(model, state.other, state.share)

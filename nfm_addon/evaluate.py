@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..fitter.model import FactorModel
+from ..fitter.factors import Factors
 from . import script_node
 from .images import read_linear
 from .node_trees import empty_tree
@@ -28,7 +28,7 @@ CHUNK = 512 * 512
 SMALLEST_SIDE = 4
 
 
-def evaluate_through_osl(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+def evaluate_through_osl(model: Factors, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """BRDF (n, 3) in 1/sr for unit directions (n, 3), as single precision OSL computes it.
 
     Raises
@@ -44,7 +44,7 @@ def evaluate_through_osl(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> 
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
-def _evaluate_chunk(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+def _evaluate_chunk(model: Factors, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     side = max(math.ceil(math.sqrt(len(wi))), SMALLEST_SIDE)
     scene = bpy.data.scenes.new("NFM Evaluate")
     material = bpy.data.materials.new("NFM Evaluate")
@@ -74,7 +74,7 @@ def _evaluate_chunk(model: FactorModel, wi: np.ndarray, wo: np.ndarray) -> np.nd
     return pixels[::-1].reshape(-1, 3)[: len(wi)].astype(np.float64)
 
 
-def _emit_value(material: bpy.types.Material, model: FactorModel) -> None:
+def _emit_value(material: bpy.types.Material, model: Factors) -> None:
     tree = empty_tree(material)
     script = tree.nodes.new("ShaderNodeScript")
     script_node.fill(script, "NFM Evaluate.osl", new_surface(model, "reference").source)
@@ -82,6 +82,8 @@ def _emit_value(material: bpy.types.Material, model: FactorModel) -> None:
         attribute = tree.nodes.new("ShaderNodeAttribute")
         attribute.attribute_name = name
         tree.links.new(attribute.outputs["Vector"], script.inputs[socket])
+    if model.kind == "anisotropic":
+        script.inputs["Tangent"].default_value = (1, 0, 0)
     emission = tree.nodes.new("ShaderNodeEmission")
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(script.outputs["Value"], emission.inputs["Color"])

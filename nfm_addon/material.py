@@ -191,6 +191,7 @@ def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     settings = material.nfm
     settings.parameters = parameter_file.dumps(fitted)
     settings.model = parameter_file.MODEL
+    settings.numbers = fitted.model.n_parameters
     if fitted.source:
         settings.source = fitted.source.file_name
         settings.source_format = fitted.source.format

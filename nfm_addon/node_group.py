@@ -2,7 +2,7 @@
 """The node group of a measured material: what is in it, and where to find it again.
 
 Diffuse, Lobe 1-3 Scale -> sliders -> Script node -> BSDF        curves: not linked
-Normal ------------------------------^
+Normal, Tangent, Rotation -----------^
                                    stand_in.py -> Stand-in
 """
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..fitter.model import FactorModel
+from ..fitter.factors import Factors
 from . import live_nodes, stand_in
 from .errors import ShaderError
 
@@ -22,7 +22,7 @@ LOBE_SOCKETS = ("Lobe 1 Scale", "Lobe 2 Scale", "Lobe 3 Scale")
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
-def new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
+def new_group(model: Factors) -> bpy.types.ShaderNodeTree:
     """A group with sockets for a model, and a Script node without a script."""
     group = bpy.data.node_groups.new(GROUP_NAME, "ShaderNodeTree")
     interface = group.interface
@@ -36,6 +36,8 @@ def new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
         scale.description = "Multiplies this specular lobe; white is as measured"
     normal = interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
+    if model.kind == "anisotropic":
+        _add_frame_sockets(interface)
 
     script = group.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
@@ -47,7 +49,18 @@ def new_group(model: FactorModel) -> bpy.types.ShaderNodeTree:
     return group
 
 
-def add_inner_nodes(group: bpy.types.ShaderNodeTree, model: FactorModel) -> stand_in.StandIn:
+def _add_frame_sockets(interface: bpy.types.NodeTreeInterface) -> None:
+    tangent = interface.new_socket("Tangent", in_out="INPUT", socket_type="NodeSocketVector")
+    tangent.hide_value = True
+    tangent.description = (
+        "Direction from which azimuths count; not linked: along U of the active UV map, or around "
+        "Z on a mesh without one"
+    )
+    rotation = interface.new_socket("Rotation", in_out="INPUT", socket_type="NodeSocketFloat")
+    rotation.description = "Turns the material counter-clockwise about the normal, degrees"
+
+
+def add_inner_nodes(group: bpy.types.ShaderNodeTree, model: Factors) -> stand_in.StandIn:
     """Add sliders, stand-in and, if it is compiled, the connections of the Script node."""
     live_nodes.add(group)
     link(group)
@@ -65,9 +78,30 @@ def link(group: bpy.types.ShaderNodeTree) -> None:
     for lobe, name in enumerate(LOBE_SOCKETS):
         live_nodes.link_scale(group, lobe, entry.outputs[name], script.inputs[name])
     group.links.new(entry.outputs["Normal"], script.inputs["Normal"])
+    if "Tangent" in script.inputs:
+        _link_frame(group, entry, script)
     group.links.new(script.outputs["BSDF"], exit_.inputs["BSDF"])
     for socket in (*script.inputs, *script.outputs):
         socket.hide = not socket.is_linked
+
+
+def _link_frame(
+    group: bpy.types.ShaderNodeTree,
+    entry: bpy.types.NodeGroupInput,
+    script: bpy.types.ShaderNodeScript,
+) -> None:
+    """Connect the tangent that an artist gives, and those that stand in where there is none."""
+    for name in ("Tangent", "Rotation"):
+        group.links.new(entry.outputs[name], script.inputs[name])
+    for row, (name, direction) in enumerate(
+        (("UV Tangent", "UV_MAP"), ("Radial Tangent", "RADIAL"))
+    ):
+        node = group.nodes.new("ShaderNodeTangent")
+        node.name = node.label = name
+        node.direction_type = direction
+        node.axis = "Z"
+        node.location = (-300, -300 - 160 * row)
+        group.links.new(node.outputs["Tangent"], script.inputs[name])
 
 
 def find_group_node(material: bpy.types.Material) -> bpy.types.ShaderNodeGroup:

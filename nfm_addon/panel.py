@@ -92,7 +92,8 @@ def _draw_origin(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) 
     if settings.source:
         name = f"{settings.source} ({settings.source_format.upper()})"
         column.label(text=name, icon="FILE", translate=False)
-    column.label(text=iface_("Three lobes, 822 numbers"), translate=False)
+    model = iface_("Three lobes, {:d} numbers").format(settings.numbers)
+    column.label(text=model, translate=False)
     for line in quality_lines(settings):
         column.label(text=line, translate=False)
     for line in warnings(settings):

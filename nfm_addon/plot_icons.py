@@ -9,6 +9,7 @@ import numpy as np
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 from bpy.utils import register_classes_factory
 
+from ..fitter.stand_in import without_direction
 from . import material as materials
 from .plot import PLOTS
 from .slices_text import decode
@@ -36,7 +37,7 @@ class NFM_PG_plot(bpy.types.PropertyGroup):
 
     kind: EnumProperty(name="Plot", description="What is plotted", items=KIND_ITEMS)
     size: FloatProperty(
-        name="Size", description="Size of the plot", default=8, min=4, max=24, precision=1
+        name="Size", description="Size of the plot", default=11, min=4, max=24, precision=1
     )
 
 
@@ -57,7 +58,7 @@ class PlotIcons:
         """
         state = (item.nfm.parameters, item.nfm.slices)
         if self._drawn.get(kind) != state:
-            model = materials.fitted_material(item).model
+            model = without_direction(materials.fitted_material(item).model)
             pixels = PLOTS[kind](model, decode(item.nfm.slices))
             preview = self._previews.get(kind) or self._previews.new(kind)
             preview.image_size = preview.icon_size = pixels.shape[1::-1]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
@@ -45,9 +46,14 @@ class NFM_AP_preferences(bpy.types.AddonPreferences):
         layout.prop(self, "automatic_set_up")
 
 
-def preferences_of(context: bpy.types.Context) -> NFM_AP_preferences:
+# Where the add-on is enabled for a session only, as scripts do, Blender keeps no preferences.
+DEFAULTS = SimpleNamespace(quality=DEFAULT_QUALITY.upper(), library_path="", automatic_set_up=False)
+
+
+def preferences_of(context: bpy.types.Context) -> NFM_AP_preferences | SimpleNamespace:
     """The add-on's preferences."""
-    return context.preferences.addons[base_package].preferences
+    entry = context.preferences.addons.get(base_package)
+    return entry.preferences if entry else DEFAULTS
 
 
 def library_folder(context: bpy.types.Context) -> Path:

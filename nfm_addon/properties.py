@@ -127,6 +127,7 @@ class NFM_PG_material(bpy.types.PropertyGroup):
     )
     source_format: StringProperty(name="Format", description="Format of the measured file")
     model: StringProperty(name="Model", description="Kind of factor model, such as shared3")
+    numbers: IntProperty(name="Numbers", description="How many numbers the model has")
     objective: FloatProperty(
         name="Objective",
         description="Weighted squared error of the fit relative to the data (Peng et al. 2017, "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the fitter and the shader meet: a FactorModel becomes OSL source."""
+"""Where the fitter and the shader meet: a model becomes OSL source."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..fitter.anisotropic_tables import anisotropic_sampling, anisotropic_selection
 from ..fitter.base_error import BaseError, base_error
 from ..fitter.base_lobes import BaseLobes, fit_base_lobes
 from ..fitter.closures import Closure
-from ..fitter.model import FactorModel
+from ..fitter.factors import Factors
 from ..fitter.tables import sampling_tables, selection_table, versine_nodes
 from ..osl import generate
 
@@ -21,7 +22,7 @@ class Surface:
     """A shader and what it leaves out.
 
     source : OSL
-    albedo : (lobes, 31, 3) of fitter.tables.selection_table
+    albedo : directional albedo (lobes, view angles..., 3), the shader's table for choosing lobes
     closures : of the base lobes, for the samplings that have them
     error : of the base lobes, where it was asked for
     """
@@ -33,7 +34,7 @@ class Surface:
 
 
 def new_surface(
-    model: FactorModel,
+    model: Factors,
     sampling: str,
     closures: Sequence[Closure] | None = None,
     *,
@@ -44,25 +45,38 @@ def new_surface(
     closures : of the base lobes, which saves their selection
     graded : with the error of the base lobes
     """
-    tables = sampling_tables(model)
-    albedo = selection_table(model)
-    surface_tables = generate.SurfaceTables(
-        diffuse_albedo=_flat(np.pi * model.diffuse),
-        scale=_flat(model.scale),
-        ndf=_flat(model.ndf),
-        masking=_flat(model.masking),
-        fresnel=_flat(model.fresnel),
-        nodes=_flat(versine_nodes()),
-        density=_flat(tables.density),
-        cumulative=_flat(tables.cumulative),
-        selection=_flat(albedo),
-    )
+    albedo = _selection(model)
+    surface_tables = _surface_tables(model, albedo)
     if sampling not in generate.BASE_SAMPLINGS:
         return Surface(generate.surface_shader(surface_tables, sampling), albedo)
     base = fit_base_lobes(model, closures)
     source = generate.surface_shader(surface_tables, sampling, _base_tables(base))
     error = base_error(model, base) if graded else None
     return Surface(source, albedo, base.closures, error)
+
+
+def _selection(model: Factors) -> np.ndarray:
+    return anisotropic_selection(model) if model.kind == "anisotropic" else selection_table(model)
+
+
+def _surface_tables(model: Factors, selection: np.ndarray) -> generate.SurfaceTables:
+    if model.kind == "anisotropic":
+        density = vars(anisotropic_sampling(model))
+    else:
+        density = {"nodes": versine_nodes(), **vars(sampling_tables(model))}
+    tables = {
+        "ndf": model.ndf,
+        "masking": model.masking,
+        "fresnel": model.fresnel,
+        "selection": selection,
+        **density,
+    }
+    return generate.SurfaceTables(
+        kind=model.kind,
+        diffuse_albedo=_flat(np.pi * model.diffuse),
+        scale=_flat(model.scale),
+        tables={name: _flat(table) for name, table in tables.items()},
+    )
 
 
 def _base_tables(base: BaseLobes) -> generate.BaseTables:

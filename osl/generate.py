@@ -9,7 +9,7 @@ Only numbers enter the source. No name or text of a user's file does.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import isfinite
@@ -46,23 +46,51 @@ COSINE_SHARE, UNIFORM_SHARE = 0.2, 0.1
 class SurfaceTables:
     """Numbers of one material, flat and in the order that the shader indexes them.
 
+    kind : "isotropic" or "anisotropic"
     diffuse_albedo : 3, pi d_c
     scale : 9, lobe by lobe, channels within
-    ndf, masking, fresnel : 270, three rows of 90
-    nodes : 92, v = 1 - cos theta_h of the sampling density
-    density, cumulative : 276, three rows of 92
-    selection : 279, lobe by lobe, 31 view angles, channels within
+    tables : by the names of TABLES[kind]
     """
 
+    kind: str
     diffuse_albedo: Sequence[float]
     scale: Sequence[float]
-    ndf: Sequence[float]
-    masking: Sequence[float]
-    fresnel: Sequence[float]
-    nodes: Sequence[float]
-    density: Sequence[float]
-    cumulative: Sequence[float]
-    selection: Sequence[float]
+    tables: Mapping[str, Sequence[float]]
+
+
+# Tables of each kind of model: how many numbers, rows of the lobes (or channels) one after another.
+# ndf, masking and fresnel are the factors; fitter/tables.py and fitter/anisotropic_tables.py say
+# what the others are. `selection` holds colours.
+TABLES = {
+    "isotropic": {
+        "ndf": 3 * 90,
+        "masking": 3 * 90,
+        "fresnel": 3 * 90,
+        "nodes": 92,
+        "density": 3 * 92,
+        "cumulative": 3 * 92,
+        "selection": 3 * 31 * 3,
+    },
+    "anisotropic": {
+        "ndf": 3 * 6 * 48,
+        "masking": 3 * 6 * 48,
+        "fresnel": 3 * 90,
+        "nodes": 25,
+        "density": 3 * 25,
+        "cumulative": 3 * 25,
+        "row_density": 3 * 25 * 48,
+        "row_cumulative": 3 * 25 * 49,
+        "selection": 3 * 16 * 24 * 3,
+    },
+}
+COLOUR_TABLES = ("selection",)
+
+# What each kind of model adds to the functions and to the sockets.
+HALF_VECTORS = {
+    "isotropic": ("isotropic_half_vector",),
+    "anisotropic": ("anisotropic_half_vector", "material_frame"),
+}
+SOCKETS = {"isotropic": (), "anisotropic": ("anisotropic_sockets",)}
 
 
 @dataclass(frozen=True)
@@ -94,23 +122,10 @@ class BaseTables:
         return 1 + sum(SLOTS[kind] for kind in self.kinds)
 
 
-_SIZES = {
-    "diffuse_albedo": 3,
-    "scale": 9,
-    "ndf": 270,
-    "masking": 270,
-    "fresnel": 270,
-    "nodes": 92,
-    "density": 276,
-    "cumulative": 276,
-    "selection": 279,
-}
-
-
 def surface_shader(
     tables: SurfaceTables, sampling: str = "reference", base: BaseTables | None = None
 ) -> str:
-    """OSL source of the isotropic surface shader.
+    """OSL source of the surface shader.
 
     sampling : one of SAMPLINGS
     base : needed for BASE_SAMPLINGS, not used by the others
@@ -123,9 +138,8 @@ def surface_shader(
     """
     if sampling not in SAMPLINGS:
         raise ValueError(f"sampling {sampling!r}, expected one of {', '.join(SAMPLINGS)}")
-    for name, size in _SIZES.items():
-        if len(getattr(tables, name)) != size:
-            raise ValueError(f"{name}: {len(getattr(tables, name))} numbers, expected {size}")
+    _check_sizes({"diffuse_albedo": 3, "scale": 9}, vars(tables))
+    _check_sizes(TABLES[tables.kind], tables.tables)
     if sampling not in BASE_SAMPLINGS:
         definitions, parameters, specular = "", "", _text(sampling)
     else:
@@ -135,22 +149,37 @@ def surface_shader(
         parameters = _base_parameters(base)
         specular = _base_specular(base, sampling)
     return _template("nfm_surface").substitute(
-        lookup=_text("lookup"),
+        angles=_text("angles"),
+        lookup=_text(f"{tables.kind}_lookup"),
         sampling=_text("sampling"),
+        half_vector="\n".join(map(_text, HALF_VECTORS[tables.kind])),
         definitions=definitions,
+        sockets="".join(map(_text, SOCKETS[tables.kind])),
+        frame=_text(f"{tables.kind}_frame").rstrip(),
+        tables=_table_parameters(tables),
         base_parameters=parameters,
         specular=specular.rstrip(),
         candidates=DEFAULT_CANDIDATES[sampling],
         diffuse=_numbers(tables.diffuse_albedo),
         scale=_colors(tables.scale),
-        ndf=_numbers(tables.ndf),
-        masking=_numbers(tables.masking),
-        fresnel=_numbers(tables.fresnel),
-        nodes=_numbers(tables.nodes),
-        density=_numbers(tables.density),
-        cumulative=_numbers(tables.cumulative),
-        selection=_colors(tables.selection),
     )
+
+
+def _check_sizes(expected: Mapping[str, int], tables: Mapping[str, Sequence[float]]) -> None:
+    for name, size in expected.items():
+        if len(tables[name]) != size:
+            raise ValueError(f"{name}: {len(tables[name])} numbers, expected {size}")
+
+
+def _table_parameters(tables: SurfaceTables) -> str:
+    lines = []
+    for name, size in TABLES[tables.kind].items():
+        values = tables.tables[name]
+        if name in COLOUR_TABLES:
+            lines.append(f"    color  {name}_table[{size // 3}] = {{{_colors(values)}}},\n")
+        else:
+            lines.append(f"    float  {name}_table[{size}] = {{{_numbers(values)}}},\n")
+    return "".join(lines)
 
 
 def _base_definitions(base: BaseTables, sampling: str) -> str:
@@ -188,9 +217,7 @@ def _base_parameters(base: BaseTables) -> str:
         "weights": n_angles * 9 * base.n_columns,
         "picking": n_angles * 3 * n_closures,
     }
-    for name, size in sizes.items():
-        if len(getattr(base, name)) != size:
-            raise ValueError(f"{name}: {len(getattr(base, name))} numbers, expected {size}")
+    _check_sizes(sizes, vars(base))
     if base.slots + SLOTS["phong_ramp"] > CLOSURE_SLOTS:
         raise ValueError(f"{n_closures} closures take {base.slots} of {CLOSURE_SLOTS} places")
     kinds = ", ".join(str(KINDS.index(kind)) for kind in base.kinds)

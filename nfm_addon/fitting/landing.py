@@ -2,7 +2,8 @@
 """Where fits land: in a new material on objects, or in a material that is there already.
 
 A draft lands with an undo step of its own and is replaced without one, so that importing is one
-step. Undo and redo can lead back to the draft; a handler then puts the finished fit in its place.
+step. Undo and redo can lead back to the draft; a handler then puts the finished fit in its place,
+or removes it where the import was cancelled.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ from .queue import FitResult
 
 # Results of this session by the token of their import, for drafts that undo brings back.
 _finished: dict[str, FitResult] = {}
+
+# Cancelled imports of this session by their token, likewise.
+_abandoned: dict[str, NewMaterial] = {}
 
 
 @dataclass
@@ -67,15 +71,19 @@ class NewMaterial:
         return bool(self._assignments)
 
     def abandon(self) -> None:
-        """Remove the draft, and give objects their materials back."""
+        """Remove the draft, now and whenever undo brings it back."""
+        _abandoned[self._token] = self
+        if self.take_back():
+            undo.push(rpt_("Cancel Import"))
+
+    def take_back(self) -> bool:
+        """Remove the draft and give objects their materials back; whether there was one."""
         landed = _with_token(self._token)
-        if not landed:
-            return
         for done in self._assignments:
             assignment.take_back(done, landed)
         for item in landed:
             material.remove(item)
-        undo.push(rpt_("Cancel Import"))
+        return bool(landed)
 
     def _make(self, result: FitResult) -> bpy.types.Material:
         new = material.build(result.fitted, self.sampling)
@@ -163,6 +171,8 @@ def _with_token(token: str) -> list[bpy.types.Material]:
 
 @persistent
 def _finish_drafts(*_arguments: object) -> None:
+    for place in [_abandoned[t] for m in bpy.data.materials if (t := m.nfm.token) in _abandoned]:
+        place.take_back()
     for item in bpy.data.materials:
         result = _finished.get(item.nfm.token)
         if result and item.nfm.quality == "draft":
@@ -172,6 +182,7 @@ def _finish_drafts(*_arguments: object) -> None:
 @persistent
 def _forget_results(*_arguments: object) -> None:
     _finished.clear()
+    _abandoned.clear()
 
 
 _HANDLERS = (
@@ -190,3 +201,4 @@ def unregister() -> None:
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
     _finished.clear()
+    _abandoned.clear()

@@ -103,14 +103,10 @@ def test_export_writes_what_import_reads(blender, addon, item, fitted, tmp_path)
 
 
 def test_presets_go_to_the_preferred_folder_whatever_they_are_called(
-    blender, addon, item, tmp_path, fitted
+    blender, addon, item, tmp_path, monkeypatch
 ):
-    preferences = addon("preferences").preferences_of(blender.context)
-    preferences.library_path = str(tmp_path / "library")
-    try:
-        blender.ops.nfm.save_preset(name="../../my gold")
-    finally:
-        preferences.library_path = ""
+    monkeypatch.setattr(addon("preferences").DEFAULTS, "library_path", str(tmp_path / "library"))
+    blender.ops.nfm.save_preset(name="../../my gold")
     (path,) = (tmp_path / "library").iterdir()
     assert parameter_file.load(path).name == "../../my gold"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["library"]

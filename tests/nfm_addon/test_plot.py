@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fitter.metrics import tabulate
+from fitter.parameter_file import FittedMaterial
 from fitter.slices import measured_slices
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 @pytest.fixture
@@ -68,9 +69,18 @@ def test_damaged_slices_are_none(damage, addon):
 def test_icons_are_drawn_anew_only_for_another_model(addon, fitted, monkeypatch):
     module = addon("plot_icons")
     drawn = []
-    monkeypatch.setitem(module.PLOTS, "NDF", lambda *_: drawn.append(1) or np.ones((256, 256, 4)))
+    white = np.ones((256, 256, 4), np.float32)
+    monkeypatch.setitem(module.PLOTS, "NDF", lambda *_: drawn.append(1) or white)
     first, second = addon("material").build(fitted), addon("material").build(fitted)
     second.nfm.slices = "other"
     for item in (first, first, second, first):
         module.icons.icon_of(item, "NDF")
     assert len(drawn) == 3
+
+
+def test_anisotropic_materials_are_plotted_as_their_mean(addon):
+    (model, *_) = ANISOTROPIC_MODELS.values()
+    item = addon("material").build(FittedMaterial("brushed", model), "REFERENCE")
+    for kind in addon("plot").PLOTS:
+        addon("plot_icons").icons.icon_of(item, kind)
+    assert item.nfm.numbers == 2010

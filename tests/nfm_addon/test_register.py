@@ -100,11 +100,18 @@ def test_twice_registered_and_unregistered(run_python):
     assert len(on["menu"]) == 1
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
+    # of the queue, the landings, completion and the live update of edits
     added = {name: n - off["handlers"][name] for name, n in on["handlers"].items()}
     assert {name: n for name, n in added.items() if n} == {
+        "depsgraph_update_post": 1,
+        "frame_change_post": 1,
+        "load_post": 2,
         "load_pre": 2,
-        "undo_post": 1,
-        "redo_post": 1,
+        "redo_post": 2,
+        "render_cancel": 1,
+        "render_complete": 1,
+        "render_init": 1,
+        "undo_post": 2,
     }
     assert off["path"] == on["path"]
     assert off["draw functions"] == on["draw functions"] - 2

@@ -63,15 +63,11 @@ def test_a_blender_without_osl_is_told_and_nothing_is_changed(blender, setup, re
 
 @pytest.mark.parametrize("automatic", [False, True])
 def test_importing_switches_the_scene_only_if_preferred(
-    automatic, addon, blender, ready, parameter_path, mesh_object, capfd
+    automatic, addon, blender, ready, parameter_path, mesh_object, monkeypatch, capfd
 ):
     ready.render.engine = "BLENDER_WORKBENCH"
-    preferences = addon("preferences").preferences_of(blender.context)
-    preferences.automatic_set_up = automatic
-    try:
-        mesh_object()
-        blender.ops.nfm.import_measurement(filepath=str(parameter_path))
-    finally:
-        preferences.automatic_set_up = False
+    monkeypatch.setattr(addon("preferences").DEFAULTS, "automatic_set_up", automatic)
+    mesh_object()
+    blender.ops.nfm.import_measurement(filepath=str(parameter_path))
     assert ready.render.engine == ("CYCLES" if automatic else "BLENDER_WORKBENCH")
     assert ("changed: render engine: Cycles" in capfd.readouterr().out) == automatic

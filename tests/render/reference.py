@@ -52,9 +52,12 @@ def _radiance(model, image, normals, rng):
 
 
 def frames(normals):
-    """Local frames (n, 3, 3), rows tangent, bitangent, normal, of unit normals (n, 3)."""
-    helper = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]])
-    tangent = np.cross(helper, normals)
+    """Local frames (n, 3, 3), rows tangent, bitangent, normal, of unit normals (n, 3).
+
+    The tangent is the direction of increasing longitude about +Z.
+    """
+    tangent = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], 1)
+    tangent[np.hypot(*tangent.T[:2]) < 1e-6] = [1, 0, 0]
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     return np.stack([tangent, np.cross(normals, tangent), normals], 1)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.render import reference
 
 RESOLUTION, BLOCK = 64, 8
@@ -29,19 +29,23 @@ def render_seeds(render, scene, seeds):
     return pictures
 
 
-@pytest.mark.parametrize("name", ["plastic", "metal", "velvet"])
+ALL_MODELS = MODELS | ANISOTROPIC_MODELS
+
+
+@pytest.mark.parametrize("name", ["plastic", "metal", "velvet", "brushed", "pile"])
 def test_equals_the_numpy_reference(name, addon, new_material, render, tmp_path):
     sphere, images = addon("standard_sphere"), addon("images")
     light = addon("demo_light").studio()
     environment = tmp_path / "light.exr"
     images.write_linear(environment, light)
     view = sphere.SphereView(resolution=RESOLUTION, samples=64, environment=environment)
-    scene = sphere.build_scene(new_material(MODELS[name]), view)
+    scene = sphere.build_scene(new_material(ALL_MODELS[name]), view)
     runs = 12
     cycles = render_seeds(render, scene, range(runs))
     rng = np.random.default_rng(0)
     exact = [
-        reference.render(MODELS[name], light, RESOLUTION, samples=24, rng=rng) for _ in range(runs)
+        reference.render(ALL_MODELS[name], light, RESOLUTION, samples=24, rng=rng)
+        for _ in range(runs)
     ]
     mean, error = mean_and_error(cycles)
     expected, expected_error = mean_and_error(exact)

@@ -55,12 +55,12 @@ class Window:
     def area(self, kind):
         return next((area for area in self.window.screen.areas if area.type == kind), None)
 
-    def until(self, what, done):
-        """Wait until a condition holds."""
+    def until(self, what, done, pause=0.1):
+        """Wait until a condition holds, looked at with pauses of so many seconds."""
         end = time.monotonic() + PATIENCE
         while not done():
             assert time.monotonic() < end, f"waited in vain until {what}"
-            yield 0.1
+            yield pause
         print(f"session: {what}", flush=True)
 
     def picture(self, name):

@@ -101,6 +101,7 @@ def look_at_the_panel(window):
     for _ in range(30):
         window.event("WHEELDOWNMOUSE")
         yield 0.05
+    window.move(area.x + 5, area.y + 5)  # no tooltip
     yield from window.picture("panel")
     area.type = "VIEW_3D"
     yield 1.0
@@ -129,8 +130,13 @@ def edit_and_undo(window):
 
 
 def undo_the_import(window):
-    window.key("Z", ctrl=True)
-    yield from window.until("the import is undone", lambda: material() is None)
+    """Two steps more: the cancelled import and its cancelling."""
+
+    def undo():
+        window.key("Z", ctrl=True)
+        return material() is None
+
+    yield from window.until("the import is undone", undo, pause=3)
     window.key("Z", ctrl=True, shift=True)
     yield from window.until("the import is redone", lambda: material() is not None)
     yield from window.until("with its fit", lambda: material().nfm.quality == "standard")

@@ -118,3 +118,18 @@ def test_a_material_that_is_gone_is_told(addon, fitted, result):
     addon("material").remove(item)
     assert "was removed meanwhile" in place.final(result("best"))
     place.abandon()
+
+
+def test_undo_does_not_bring_a_cancelled_draft_back(
+    blender, addon, mesh_object, result, undo_steps, material_of
+):
+    item = mesh_object(slots=1)
+    blender.ops.ed.undo_push(message="before")
+    place = addon("fitting.landing").NewMaterial("/x.binary", "NATIVE", [item.session_uid])
+    place.draft(result("draft"))
+    place.abandon()
+    assert undo_steps == ["Import Measured BRDF", "Cancel Import"]
+    for _ in range(2):
+        blender.ops.ed.undo()
+        assert material_of().name == "old 0"
+        assert list(blender.data.materials.keys()) == ["old 0"]
