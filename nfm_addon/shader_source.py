@@ -33,6 +33,11 @@ class Surface:
     error: BaseError | None = None
 
 
+def available_sampling(model: Factors, wanted: str) -> str:
+    """The sampling wanted, or reference where the kind of model does not have it."""
+    return wanted if wanted in generate.SAMPLINGS_OF[model.kind] else "reference"
+
+
 def new_surface(
     model: Factors,
     sampling: str,
@@ -40,7 +45,7 @@ def new_surface(
     *,
     graded: bool = True,
 ) -> Surface:
-    """Shader that renders the model; sampling is one of generate.SAMPLINGS.
+    """Shader that renders the model; sampling is one that its kind has.
 
     closures : of the base lobes, which saves their selection
     graded : with the error of the base lobes

@@ -20,6 +20,8 @@ from string import Template
 # kernels. reference: mirrors in random directions of the factors. cosine: the naive baseline.
 SAMPLINGS = ("native", "smooth", "exact", "reference", "cosine")
 BASE_SAMPLINGS = ("native", "smooth", "exact")
+# Anisotropic models have no base lobes yet.
+SAMPLINGS_OF = {"isotropic": SAMPLINGS, "anisotropic": ("reference", "cosine")}
 
 # Candidates per shading point (docs/RESULTS.md, Sampling); native has none.
 DEFAULT_CANDIDATES = {"native": 0, "smooth": 2, "exact": 2, "reference": 4, "cosine": 1}
@@ -127,17 +129,18 @@ def surface_shader(
 ) -> str:
     """OSL source of the surface shader.
 
-    sampling : one of SAMPLINGS
+    sampling : one of SAMPLINGS_OF[tables.kind]
     base : needed for BASE_SAMPLINGS, not used by the others
 
     Raises
     ------
     ValueError
-        A table has the wrong size or a number is not finite, or the sampling is unknown or lacks
-        its base.
+        A table has the wrong size or a number is not finite, or the kind of model does not have
+        the sampling, or it lacks its base.
     """
-    if sampling not in SAMPLINGS:
-        raise ValueError(f"sampling {sampling!r}, expected one of {', '.join(SAMPLINGS)}")
+    samplings = SAMPLINGS_OF[tables.kind]
+    if sampling not in samplings:
+        raise ValueError(f"sampling {sampling!r}, expected one of {', '.join(samplings)}")
     _check_sizes({"diffuse_albedo": 3, "scale": 9}, vars(tables))
     _check_sizes(TABLES[tables.kind], tables.tables)
     if sampling not in BASE_SAMPLINGS:

@@ -11,28 +11,33 @@ from osl import generate
 TEMPLATES = sorted(Path(generate.__file__).parent.glob("*.osl.in"))
 
 SIZES = {
-    "diffuse_albedo": 3,
-    "scale": 9,
-    "ndf": 270,
-    "masking": 270,
-    "fresnel": 270,
-    "nodes": 92,
-    "density": 276,
-    "cumulative": 276,
-    "selection": 279,
+    "isotropic": {
+        "diffuse_albedo": 3,
+        "scale": 9,
+        "ndf": 270,
+        "masking": 270,
+        "fresnel": 270,
+        "nodes": 92,
+        "density": 276,
+        "cumulative": 276,
+        "selection": 279,
+    },
+    "anisotropic": {
+        "diffuse_albedo": 3,
+        "scale": 9,
+        "ndf": 864,
+        "masking": 864,
+        "fresnel": 270,
+        "nodes": 25,
+        "density": 75,
+        "cumulative": 75,
+        "row_density": 3600,
+        "row_cumulative": 3675,
+        "selection": 3456,
+    },
 }
-
-# Name in the shader of each table.
-ARRAYS = {
-    "scale": "scale",
-    "ndf": "ndf_table",
-    "masking": "masking_table",
-    "fresnel": "fresnel_table",
-    "nodes": "nodes_table",
-    "density": "density_table",
-    "cumulative": "cumulative_table",
-    "selection": "selection_table",
-}
+CASES = [(kind, name) for kind, names in generate.SAMPLINGS_OF.items() for name in names]
+TABLES = [(kind, table) for kind, sizes in SIZES.items() for table in sizes]
 
 # One closure of each kind, in an order that is not that of generate.KINDS: 20 columns.
 KINDS = ("phong_ramp", "ggx", "diffuse_ramp", "beckmann")
@@ -61,14 +66,29 @@ def awkward_numbers(size, seed):
     return values
 
 
-@pytest.fixture
-def numbers():
-    return {name: awkward_numbers(size, i) for i, (name, size) in enumerate(SIZES.items())}
+def numbers_of(kind):
+    return {name: awkward_numbers(n, i) for i, (name, n) in enumerate(SIZES[kind].items())}
+
+
+def tables_of(kind, numbers):
+    """SurfaceTables of sequences by name."""
+    inputs = {name: numbers[name] for name in ("diffuse_albedo", "scale")}
+    rest = {name: values for name, values in numbers.items() if name not in inputs}
+    return generate.SurfaceTables(kind=kind, tables=rest, **inputs)
+
+
+def lists_of(kind):
+    return {name: values.tolist() for name, values in numbers_of(kind).items()}
 
 
 @pytest.fixture
-def tables(numbers):
-    return generate.SurfaceTables(**{name: values.tolist() for name, values in numbers.items()})
+def kind(request):
+    return getattr(request, "param", "isotropic")
+
+
+@pytest.fixture
+def tables(kind):
+    return tables_of(kind, lists_of(kind))
 
 
 @pytest.fixture
@@ -106,21 +126,23 @@ def array_of(source, name):
 
 
 def test_the_sizes_are_those_of_the_tables():
-    assert [field.name for field in fields(generate.SurfaceTables)] == list(SIZES)
+    for kind, sizes in SIZES.items():
+        assert {"diffuse_albedo": 3, "scale": 9} | generate.TABLES[kind] == sizes
     assert [field.name for field in fields(generate.BaseTables)] == ["kinds", *BASE_SIZES]
 
 
-@pytest.mark.parametrize("sampling", generate.SAMPLINGS)
+@pytest.mark.parametrize(("kind", "sampling"), CASES, indirect=["kind"])
 def test_all_placeholders_are_filled(shader, sampling):
     assert "$" not in shader(sampling)
 
 
-@pytest.mark.parametrize("sampling", generate.SAMPLINGS)
-def test_numbers_come_through_to_the_last_bit(shader, numbers, sampling):
-    source = shader(sampling)
-    for table, name in ARRAYS.items():
-        kind, declared, values = array_of(source, name)
-        assert len(values) == declared * (3 if kind == "color" else 1)
+@pytest.mark.parametrize(("kind", "sampling"), CASES, indirect=["kind"])
+def test_numbers_come_through_to_the_last_bit(shader, kind, sampling):
+    source, numbers = shader(sampling), numbers_of(kind)
+    for table in numbers.keys() - {"diffuse_albedo"}:
+        name = "scale" if table == "scale" else f"{table}_table"
+        type_, declared, values = array_of(source, name)
+        assert len(values) == declared * (3 if type_ == "color" else 1)
         np.testing.assert_array_equal(values, numbers[table], err_msg=name)
     diffuse = re.search(r"color\s+Diffuse = color\(([^)]*)\)", source)[1]
     np.testing.assert_array_equal(
@@ -191,10 +213,10 @@ def test_text_does_not_enter_by_the_base(shader, base, table, text):
         shader("native", base=replace(base, **{table: values}))
 
 
-@pytest.mark.parametrize("kind", ["GGX", "0", "", "evil("])
-def test_unknown_kind_of_closure_is_refused(shader, base, kind):
+@pytest.mark.parametrize("closure", ["GGX", "0", "", "evil("])
+def test_unknown_kind_of_closure_is_refused(shader, base, closure):
     with pytest.raises((KeyError, ValueError)):
-        shader("native", base=replace(base, kinds=(kind, *KINDS[1:])))
+        shader("native", base=replace(base, kinds=(closure, *KINDS[1:])))
 
 
 def base_of(kinds):
@@ -224,10 +246,10 @@ def test_candidates_take_the_room_that_the_base_leaves(shader, sampling, ramps, 
 
 
 @pytest.mark.parametrize("sampling", ["smooth", "exact"])
-@pytest.mark.parametrize(("kind", "count", "slots"), [("phong_ramp", 21, 64), ("ggx", 31, 63)])
-def test_base_without_room_for_a_candidate_is_refused(shader, sampling, kind, count, slots):
+@pytest.mark.parametrize(("closure", "count", "slots"), [("phong_ramp", 21, 64), ("ggx", 31, 63)])
+def test_base_without_room_for_a_candidate_is_refused(shader, sampling, closure, count, slots):
     with pytest.raises(ValueError, match=f"^{count} closures take {slots} of 64 places$"):
-        shader(sampling, base=base_of([kind] * count))
+        shader(sampling, base=base_of([closure] * count))
 
 
 def test_floats_are_written_as_floats(shader, monkeypatch):
@@ -239,42 +261,48 @@ def test_floats_are_written_as_floats(shader, monkeypatch):
     assert "#define RESIDUAL_BOOST 2.5\n" in source
 
 
-@pytest.mark.parametrize("table", SIZES)
+@pytest.mark.parametrize(("kind", "table"), TABLES, indirect=["kind"])
 @pytest.mark.parametrize("change", [-1, 1])
-def test_wrong_size_is_refused(tables, table, change):
-    size = SIZES[table]
+def test_wrong_size_is_refused(kind, table, change):
+    size = SIZES[kind][table]
+    wrong = tables_of(kind, lists_of(kind) | {table: [0.5] * (size + change)})
     with pytest.raises(ValueError, match=rf"^{table}: {size + change} numbers, expected {size}$"):
-        generate.surface_shader(replace(tables, **{table: [0.5] * (size + change)}))
+        generate.surface_shader(wrong)
 
 
-@pytest.mark.parametrize("table", SIZES)
+@pytest.mark.parametrize(("kind", "table"), TABLES, indirect=["kind"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_not_finite_is_refused(tables, table, value):
-    values = list(getattr(tables, table))
-    values[-1] = float(value)
+def test_not_finite_is_refused(kind, table, value):
+    numbers = lists_of(kind)
+    numbers[table][-1] = float(value)
     with pytest.raises(ValueError, match="cannot be written into a shader"):
-        generate.surface_shader(replace(tables, **{table: values}))
+        generate.surface_shader(tables_of(kind, numbers))
 
 
-@pytest.mark.parametrize("sampling", ["base", "REFERENCE", "", "../lookup"])
-def test_unknown_sampling_is_refused(tables, sampling):
-    names = ", ".join(generate.SAMPLINGS)
+@pytest.mark.parametrize(
+    ("kind", "sampling"),
+    [(kind, name) for kind in SIZES for name in ("base", "REFERENCE", "", "../lookup")]
+    + [("anisotropic", name) for name in generate.BASE_SAMPLINGS],
+    indirect=["kind"],
+)
+def test_unknown_sampling_is_refused(kind, tables, sampling):
+    names = ", ".join(generate.SAMPLINGS_OF[kind])
     with pytest.raises(ValueError, match=f"^sampling '{sampling}', expected one of {names}$"):
         generate.surface_shader(tables, sampling)
 
 
-@pytest.mark.parametrize("table", SIZES)
+@pytest.mark.parametrize(("kind", "table"), TABLES, indirect=["kind"])
 @pytest.mark.parametrize("text", ["0); evil(", "1", "nan", "$ndf", ""])
-def test_text_does_not_enter(tables, table, text):
-    values = list(getattr(tables, table))
-    values[0] = text
+def test_text_does_not_enter(kind, table, text):
+    numbers = lists_of(kind)
+    numbers[table][0] = text
     with pytest.raises(TypeError):
-        generate.surface_shader(replace(tables, **{table: values}))
+        generate.surface_shader(tables_of(kind, numbers))
 
 
-@pytest.mark.parametrize("sampling", generate.SAMPLINGS)
-def test_only_numbers_distinguish_two_shaders(shader, base, sampling):
-    ones = generate.SurfaceTables(**{name: [1.0] * size for name, size in SIZES.items()})
+@pytest.mark.parametrize(("kind", "sampling"), CASES, indirect=["kind"])
+def test_only_numbers_distinguish_two_shaders(shader, kind, base, sampling):
+    ones = tables_of(kind, {name: [1.0] * size for name, size in SIZES[kind].items()})
     ones_base = replace(base, **{name: [1.0] * size for name, size in BASE_SIZES.items()})
     number = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[-+]?\d+)?(?![\w.])")
     shapes = [
@@ -285,16 +313,16 @@ def test_only_numbers_distinguish_two_shaders(shader, base, sampling):
 
 
 @pytest.mark.parametrize("sampling", ["reference", "exact"])
-def test_same_tables_give_the_same_text(shader, numbers, base, base_numbers, sampling):
-    again = generate.SurfaceTables(**{name: tuple(v.tolist()) for name, v in numbers.items()})
+def test_same_tables_give_the_same_text(shader, kind, base, base_numbers, sampling):
+    again = tables_of(kind, {name: tuple(v) for name, v in lists_of(kind).items()})
     again_base = replace(base, **{name: tuple(v.tolist()) for name, v in base_numbers.items()})
     assert shader(sampling) == shader(sampling, tables=again, base=again_base)
 
 
 def test_samplings_differ_in_their_directions_only(shader):
     reference, cosine = shader("reference"), shader("cosine")
-    assert "sample_versine(min(" in reference
-    assert "sample_versine(min(" not in cosine
+    assert "      sample_half_vector(u" in reference
+    assert "      sample_half_vector(u" not in cosine
     assert array_of(reference, "ndf_table")[2].tolist() == array_of(cosine, "ndf_table")[2].tolist()
 
 
@@ -308,7 +336,7 @@ def test_candidates_by_default(shader, sampling, candidates):
 
 def test_native_is_the_base_and_nothing_random(shader):
     native, exact = shader("native"), shader("exact")
-    assert "= base_lobes(n, tangent, theta_o," in native
+    assert "= base_lobes(n, side, theta_o," in native
     for drawn in ("= uniform_numbers(", "= base_value(", "= residual_lobe("):
         assert drawn not in native
         assert drawn in exact
@@ -328,7 +356,7 @@ def test_samplings_of_mirrors_take_no_base(shader, tables, base, sampling):
     assert generate.surface_shader(tables, sampling, base) == shader(sampling)
 
 
-@pytest.mark.parametrize("sampling", generate.SAMPLINGS)
+@pytest.mark.parametrize(("kind", "sampling"), CASES, indirect=["kind"])
 def test_source_opens_with_its_licence_and_is_plain_ascii(shader, sampling):
     source = shader(sampling)
     assert source.startswith("/* SPDX-License-Identifier: GPL-3.0-or-later\n")
@@ -347,8 +375,8 @@ def test_template_is_tidy(template):
 
 def test_every_template_is_used(shader):
     """Each template but the shader itself is reached, its text unchanged but for numbers."""
-    sources = [shader(sampling) for sampling in generate.SAMPLINGS]
-    assert len(TEMPLATES) == 10
+    sources = [shader(sampling, tables=tables_of(kind, lists_of(kind))) for kind, sampling in CASES]
+    assert len(TEMPLATES) == 18
     for template in TEMPLATES:
         if template.name == "nfm_surface.osl.in":
             continue

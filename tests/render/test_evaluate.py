@@ -1,9 +1,11 @@
-"""The shader inside Cycles computes the same numbers as FactorModel."""
+"""The shader inside Cycles computes the same numbers as the models."""
 
 import numpy as np
 import pytest
 
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
+
+ALL_MODELS = MODELS | ANISOTROPIC_MODELS
 
 
 def directions(rng, count):
@@ -26,18 +28,19 @@ def directions(rng, count):
     return wi.astype(np.float32).astype(float), wo.astype(np.float32).astype(float)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", ALL_MODELS)
 def test_equals_the_model(name, addon):
     wi, wo = directions(np.random.default_rng(1), 10_000)
-    found = addon("evaluate").evaluate_through_osl(MODELS[name], wi, wo)
-    expected = MODELS[name].f_r(wi, wo)
+    found = addon("evaluate").evaluate_through_osl(ALL_MODELS[name], wi, wo)
+    expected = ALL_MODELS[name].f_r(wi, wo)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6)
 
 
-def test_is_reciprocal(addon):
+@pytest.mark.parametrize("name", ["metal", "pile"])
+def test_is_reciprocal(name, addon):
     wi, wo = directions(np.random.default_rng(2), 4_000)
     evaluate = addon("evaluate").evaluate_through_osl
-    there, back = evaluate(MODELS["metal"], wi, wo), evaluate(MODELS["metal"], wo, wi)
+    there, back = evaluate(ALL_MODELS[name], wi, wo), evaluate(ALL_MODELS[name], wo, wi)
     np.testing.assert_allclose(there, back, rtol=1e-5)
 
 

@@ -1,0 +1,96 @@
+"""From where the azimuths of an anisotropic material count.
+
+Pictures of the same seed and tables draw the same numbers: equal frames give equal pictures.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.models import ANISOTROPIC_MODELS
+
+MODEL = ANISOTROPIC_MODELS["brushed"]
+STEPS = 4
+ROTATION = 7.5 * STEPS
+TURNED = replace(
+    MODEL,
+    ndf=np.roll(MODEL.ndf, STEPS, axis=2),
+    masking=np.roll(MODEL.masking, STEPS, axis=2),
+)
+
+
+@pytest.fixture
+def light(addon, tmp_path):
+    path = tmp_path / "light.exr"
+    addon("images").write_linear(path, addon("demo_light").studio())
+    return path
+
+
+@pytest.fixture
+def picture(addon, new_material, render, light):
+    """Sphere of a model; inputs of its node by name, and what to do to its mesh."""
+
+    def show(model, inputs=None, prepare=lambda mesh: None, resolution=32, samples=16):
+        material = new_material(model)
+        for name, value in (inputs or {}).items():
+            addon("material").find_group_node(material).inputs[name].default_value = value
+        sphere = addon("standard_sphere")
+        view = sphere.SphereView(resolution, samples, environment=light)
+        scene = sphere.build_scene(material, view)
+        prepare(next(item for item in scene.objects if item.type == "MESH").data)
+        return render(scene)
+
+    return show
+
+
+def differing(a, b):
+    return np.abs(a - b).sum() / b.sum()
+
+
+def along_meridians(mesh):
+    """UV coordinates whose U rises with z."""
+    layer = mesh.uv_layers.new()
+    heights = np.empty(3 * len(mesh.vertices))
+    mesh.vertices.foreach_get("co", heights)
+    x, y, z = heights.reshape(-1, 3)[[loop.vertex_index for loop in mesh.loops]].T
+    uv = np.stack([np.arcsin(np.clip(z, -1, 1)), -np.arctan2(y, x)], -1)
+    layer.data.foreach_set("uv", uv.ravel())
+
+
+def test_rotation_turns_counter_clockwise(picture):
+    """The turned tables draw other directions, so that noise makes these pictures differ too."""
+    clean = {"resolution": 12, "samples": 1024}
+    expected = picture(TURNED, **clean)
+    turned, turned_back, unturned = (
+        differing(picture(MODEL, {"Rotation": angle}, **clean), expected)
+        for angle in (ROTATION, -ROTATION, 0.0)
+    )
+    assert turned < 0.5 * min(turned_back, unturned)
+
+
+def test_full_turn_changes_nothing(picture):
+    assert differing(picture(MODEL, {"Rotation": 360.0}), picture(MODEL)) < 1e-3
+
+
+def test_tangent_socket(picture):
+    """On the sphere, +Z within the surface is a quarter turn from increasing longitude."""
+    north = picture(MODEL, {"Tangent": (0, 0, 2)})
+    assert differing(north, picture(MODEL, {"Rotation": 90.0})) < 1e-3
+    assert differing(north, picture(MODEL)) > 0.05
+
+
+def test_uv_map_gives_the_tangent(picture):
+    by_uv = picture(MODEL, prepare=along_meridians)
+    assert differing(by_uv, picture(MODEL, {"Rotation": 90.0})) < 0.01
+    assert differing(by_uv, picture(MODEL)) > 0.05
+
+
+def test_samplings_without_base_become_reference(addon, new_material):
+    material = new_material(MODEL, "NATIVE")
+    assert material.nfm.sampling == "REFERENCE"
+    material.nfm.sampling = "COSINE"
+    material.nfm.sampling = "EXACT"
+    assert material.nfm.sampling == "REFERENCE"
+    script = addon("material").find_script_node(material)
+    assert script.inputs["Candidates"].default_value == 4
