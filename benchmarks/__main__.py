@@ -4,11 +4,13 @@
 import argparse
 import sys
 
-from . import base, diffuse, exact, fit, noise, render, rgl, sampling, smooth
+from . import aniso, base, diffuse, edit, exact, fit, noise, render, rgl, sampling, smooth
 
 BENCHMARKS = {
+    "aniso": aniso,
     "base": base,
     "diffuse": diffuse,
+    "edit": edit,
     "exact": exact,
     "fit": fit,
     "noise": noise,

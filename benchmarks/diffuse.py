@@ -20,6 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitter import fit, weights
+from fitter.albedo import AlbedoError
 from fitter.geometry import HALF_PI, merl_bins
 from fitter.measurement import Measurement
 from fitter.metrics import tabulate
@@ -57,6 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
             weight=WEIGHT,
             quality=arguments.quality,
             make_problem=ashikhmin_problem,
+            make_albedo=ashikhmin_albedo,
         )
         psnr = [
             float(rendered_psnr(scene.render(table), reference).mean())
@@ -83,11 +85,13 @@ def _of_pair(cos_i: np.ndarray, cos_o: np.ndarray) -> np.ndarray:
 
 def divided(measurement: Measurement) -> Measurement:
     """The measurement over b(theta_i) b(theta_o)."""
+    return replace(measurement, f_r=measurement.f_r / _of_measured_pairs(measurement)[..., None])
+
+
+def _of_measured_pairs(measurement: Measurement) -> np.ndarray:
+    """b(theta_i) b(theta_o) of all bins (90, 90, 180), 1 where nothing was measured."""
     bins = merl_bins()
-    pair = _of_pair(
-        np.where(measurement.valid, bins.cos_i, 1), np.where(measurement.valid, bins.cos_o, 1)
-    )
-    return replace(measurement, f_r=measurement.f_r / pair[..., None])
+    return np.where(measurement.valid, _of_pair(bins.cos_i, bins.cos_o), 1)
 
 
 def weight(f_r: np.ndarray, cos_i: np.ndarray, cos_o: np.ndarray, level: float) -> np.ndarray:
@@ -102,6 +106,14 @@ def ashikhmin_problem(measurement: Measurement, **options: object) -> Problem:
     theta = (np.arange(problem.n_angles) + 0.5) / problem.n_angles * HALF_PI
     problem.basis = problem.basis / falloff(np.cos(theta))[:, None]
     return problem
+
+
+def ashikhmin_albedo(measurement: Measurement) -> AlbedoError:
+    """The albedo of the values before the division; lobes stand in it as they are."""
+    pair = _of_measured_pairs(measurement)
+    return AlbedoError.of(
+        replace(measurement, f_r=measurement.f_r * pair[..., None]), diffuse_shape=pair
+    )
 
 
 def ashikhmin_table(model: FactorModel) -> np.ndarray:

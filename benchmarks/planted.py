@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import merl
+from fitter import anisotropic_metrics, merl, polar_grid, utia
+from fitter.anisotropic_model import AnisotropicModel
 from fitter.geometry import merl_bins, theta_d_centres, theta_h_centres
 from fitter.metrics import tabulate
 from fitter.model import FactorModel
@@ -32,6 +33,29 @@ def model() -> FactorModel:
         ),
         fresnel=np.stack([f0 + (1 - f0) * rise for f0 in (0.5, 0.4, 0.3)]),
     ).normalized()
+
+
+def anisotropic_model() -> AnisotropicModel:
+    """Three GGX-like lobes of two roughnesses each on the UTIA grid, F as above."""
+    alphas = ((0.2, 0.5), (0.5, 0.3), (0.8, 0.8))
+    nodes = polar_grid.directions()
+    x2, y2, z2 = (nodes**2).T
+    return AnisotropicModel(
+        diffuse=model().diffuse,
+        scale=np.array([[0.2, 0.18, 0.15], [0.1, 0.08, 0.1], [0.1, 0.12, 0.08]]),
+        fresnel=model().fresnel,
+        ndf=np.stack(
+            [1 / (np.pi * a * b * (x2 / a**2 + y2 / b**2 + z2) ** 2) for a, b in alphas]
+        ).reshape(3, 6, 48),
+        masking=np.stack(
+            [2 / (1 + np.sqrt(1 + (x2 * a**2 + y2 * b**2) / z2)) for a, b in alphas]
+        ).reshape(3, 6, 48),
+    ).normalized()
+
+
+def write_anisotropic(path: Path) -> None:
+    """Write it as a UTIA .bin file."""
+    utia.write_bin(path, anisotropic_metrics.tabulate(anisotropic_model()))
 
 
 def write(path: Path) -> None:

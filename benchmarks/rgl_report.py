@@ -70,7 +70,8 @@ def markdown(rows: list[dict], found: list[Check], samples: int) -> str:
     lines = [
         "# Fits of RGL files",
         "Made by `./nfm bench rgl`; [RESULTS.md](../RESULTS.md) has the protocol. PSNR in dB, "
-        f"Grace / Grove; renders have {samples} samples. Clamped: usable bins of a colour out of "
+        f"Grace / Grove; renders have {samples} samples, "
+        f"Mitsuba's 4 times as many. Clamped: usable bins of a colour out of "
         "gamut.",
         "\n".join(f"- *{title}*: {about}" for title, _, about in columns),
         "\n".join(

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 import tempfile
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from fitter.measurement import Measurement
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 MAKE_MERL = SHARED / "tools" / "make_merl.py"
+MAKE_UTIA = SHARED / "tools" / "make_utia.py"
 GRACE = SHARED / "data" / "env" / "grace_probe_latlong.hdr"
 GROVE = SHARED / "data" / "env" / "rnl_probe_latlong.hdr"
 STUDIO = SHARED / "data" / "env" / "polyhaven_studio_small_03_1k.hdr"
@@ -64,6 +67,15 @@ def read_material(name: str) -> Measurement:
         path = Path(folder, f"{name}.binary")
         write_material(name, path)
         return readers.read(path)
+
+
+@cache
+def anisotropic_materials() -> ModuleType:
+    """The tool that writes synthetic anisotropic materials, with their exact functions."""
+    spec = importlib.util.spec_from_file_location("make_utia", MAKE_UTIA)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def fitted_material(name: str, folder: Path | None) -> parameter_file.FittedMaterial:

@@ -97,7 +97,7 @@ def run(arguments: argparse.Namespace) -> None:
         for number, path in enumerate(arguments.files):
             # a file that cannot be read is found before the others are fitted
             progress.update(number / len(arguments.files), "reading")
-            sha256 = readers.read(path).source.sha256
+            sha256 = readers.read_isotropic(path).source.sha256
             if sha256 in keys:
                 continue
             names.append(material_name(path.name))

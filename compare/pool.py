@@ -72,7 +72,7 @@ def _prepare(
 
 
 def _grade(task: Task) -> Task:
-    measurement = readers.read(task.path)
+    measurement = readers.read_isotropic(task.path)
     if measurement.source.sha256 != task.sha256:
         raise NfmError(f"{shown_name(task.path)}: was changed while it was compared; start again")
     result = grade(

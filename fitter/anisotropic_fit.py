@@ -45,12 +45,13 @@ def fit_steps(
     steps = _joint_steps(problem, model, prior_strength)
     for i, (refined, objective) in enumerate(until_converged(steps, work.refine_steps)):
         model = refined
-        yield FitStep("refine", objective, model, (work.starts * steps_each + i + 1) / total)
+        progress = (work.starts * steps_each + i + 1) / total
+        yield FitStep("refine", objective, model, progress, prior_strength)
 
     limited = within_energy(model)
     if limited is not model:
         objective = joint.objective_of(problem, limited, prior_strength)
-        yield FitStep("limit", objective, limited, 1.0)
+        yield FitStep("limit", objective, limited, 1.0, prior_strength)
 
 
 def _explore(
@@ -58,9 +59,9 @@ def _explore(
 ) -> Explored:
     for i in range(work.sweeps):
         model = sweep(problem, model, hold_lobes=i == 0)
-        yield "sweep", model, joint.objective_of(problem, model, strength)
+        yield "sweep", model, joint.objective_of(problem, model, strength), strength
     for stepped, objective in islice(_joint_steps(problem, model, strength), work.explore_steps):
-        yield "explore", stepped, objective
+        yield "explore", stepped, objective, strength
 
 
 def _joint_steps(

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The main direction of an anisotropic material: along the brush marks or the stronger threads.
 
-Facets lie along the marks, so half vectors spread across them: the azimuth at which D, summed over
-theta_h, is largest is across the main direction. A sample can then be turned so that its marks
-follow the tangent. Cloth has a peak for every family of threads, and the stronger one is taken; the
-axes of the second moments would not see two families at right angles.
+Facets lie along the marks, so half vectors spread across them. Light that returns to where it came
+from shows D itself, f_r(h, h), in any gauge: the azimuth at which it is strongest is across the
+main direction. A sample can then be turned so that its marks follow the tangent. Cloth has a peak
+for every family of threads, and the stronger one is taken; second moments would not see two
+families at right angles.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from .anisotropic_model import AnisotropicModel
 # Harmonics of the profile over half a turn that are kept: the peak is found between the nodes, and
 # noise does not move it.
 HARMONICS = 3
+LOOKED_AT = slice(1, 4)  # rows of the grid, 15 to 45 degrees; the pole has no azimuth
 SEARCH_STEP = 0.1  # degrees
 
 
@@ -37,9 +39,10 @@ class Anisotropy:
 
 def anisotropy(model: AnisotropicModel) -> Anisotropy:
     """Anisotropy of the specular part of a model."""
-    ndf = np.tensordot(model.scale.mean(1), model.ndf, 1)
-    areas = polar_grid.solid_angles().reshape(polar_grid.GRID)
-    profile = (ndf * areas)[1:].sum(0)
+    w = polar_grid.directions()
+    specular = model.lobe_values(w, w).sum(0).mean(-1)
+    light = specular * w[:, 2] ** 2 * polar_grid.solid_angles()
+    profile = light.reshape(polar_grid.GRID)[LOOKED_AT].sum(0)
     half_turn = profile.reshape(2, -1).sum(0)
     spectrum = np.fft.rfft(half_turn)[: HARMONICS + 1] / len(half_turn)
     azimuth = np.radians(np.arange(0, 180, SEARCH_STEP))

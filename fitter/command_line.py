@@ -55,9 +55,6 @@ REPORT = (
     ("", "native_directional_error", "{:.2%} error over all directions"),
 )
 
-# What writes a model, by suffix.
-EXPORTERS: dict[str, Callable[[Path, Factors], None]] = {".binary": export.write_merl}
-
 Evaluate = Callable[[Factors, np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -233,21 +230,16 @@ def report_text(material: FittedMaterial, **figures: float) -> str:
 
 def add_export_verb(verbs: argparse._SubParsersAction) -> None:
     """Write PARAMS as a file that other renderers read."""
-    parser = verbs.add_parser("export", help="write a fitted BRDF as a MERL .binary file")
+    parser = verbs.add_parser("export", help="write a fitted BRDF as a MERL or UTIA file")
     parser.add_argument("params", metavar="PARAMS.nfm.json")
-    parser.add_argument("-o", "--output", metavar="OUT.binary", required=True)
+    parser.add_argument("-o", "--output", metavar="OUT.binary|OUT.bin", required=True)
     parser.set_defaults(run=run_export)
 
 
 def run_export(arguments: argparse.Namespace) -> None:
     """The verb export."""
     output = Path(arguments.output)
-    if output.suffix.lower() not in EXPORTERS:
-        raise NfmError(
-            f"{shown_name(output)}: not a name of a file that can be exported; let it end in "
-            f"{' or '.join(EXPORTERS)}"
-        )
-    EXPORTERS[output.suffix.lower()](output, parameter_file.load(arguments.params).model)
+    export.write(output, parameter_file.load(arguments.params).model)
     sys.stdout.write(f"written to      {output}\n")
 
 

@@ -4,21 +4,52 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from pathlib import Path
 
-from . import merl
+from . import anisotropic_metrics, merl, metrics, utia
+from .anisotropic_model import AnisotropicModel
+from .errors import MeasurementError, shown_name
 from .geometry import merl_bins
-from .metrics import tabulate
 from .model import FactorModel
 
+AnyModel = FactorModel | AnisotropicModel
 
-def write_merl(path: str | os.PathLike, model: FactorModel) -> None:
-    """Write the values of a model at the bin centres as a MERL .binary file, all or nothing.
 
-    Bins below the horizon are stored as the database does, as -1.
+def write(path: str | os.PathLike, model: AnyModel) -> None:
+    """Write a file of the format that the suffix asks for, all or nothing.
 
     Raises
     ------
     MeasurementError
-        The file cannot be written.
+        The suffix is that of no format, or of one that cannot hold this model, or the file cannot
+        be written.
     """
-    merl.write(path, tabulate(model), merl_bins().above_horizon)
+    suffix = Path(os.fsdecode(path)).suffix.lower()
+    if suffix not in WRITERS:
+        raise MeasurementError(
+            f"{shown_name(path)}: not a name of a file that can be exported; let it end in "
+            f"{' or '.join(WRITERS)}"
+        )
+    WRITERS[suffix](path, model)
+
+
+def _write_merl(path: str | os.PathLike, model: AnyModel) -> None:
+    """The values at the bin centres; bins below the horizon are -1, as in the database."""
+    if isinstance(model, AnisotropicModel):
+        raise MeasurementError(
+            f"{shown_name(path)}: an anisotropic material, and a MERL file holds isotropic ones "
+            "only; let it end in .bin"
+        )
+    merl.write(path, metrics.tabulate(model), merl_bins().above_horizon)
+
+
+def _write_utia(path: str | os.PathLike, model: AnyModel) -> None:
+    """The values at the angles of the UTIA database, up to 75 degrees, as linear numbers."""
+    utia.write_bin(path, anisotropic_metrics.tabulate(model))
+
+
+WRITERS: dict[str, Callable[[str | os.PathLike, AnyModel], None]] = {
+    ".binary": _write_merl,
+    ".bin": _write_utia,
+}

@@ -30,11 +30,13 @@ class Factors(ABC):
     masking : (lobes, ...) G_m at the nodes that the model says
     fresnel : (3, 90) F_c at geometry.theta_d_centres()
 
+    kind : "isotropic" or "anisotropic", as parameter files name it
+
     In the gauge that `normalized` gives, every D_m, G_m and F_c has maximum 1 and the energy is in
     scale.
     """
 
-    kind: ClassVar[str]  # "isotropic" or "anisotropic"
+    kind: ClassVar[str]
 
     diffuse: np.ndarray
     scale: np.ndarray

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fit the factor model to a measurement.
 
-Three stages, each on the objective of `problem` and the preference of `prior`:
+Four stages, each on the objective of `problem` and the preference of `prior`:
 
 1. explore: from every start, some sweeps of alternating weighted least squares (the paper's
    method), each factor put in order after its update (`order`), then a few joint steps, on a part
    of the phi_d samples;
 2. refine: the best of them continues with joint steps on the same samples;
-3. polish: joint steps on all samples with finer angle bins. Where the result would reflect more
-   light than there is, its G is lowered (`limits`).
+3. albedo: joint steps on the same samples and the directional albedo of the data (`albedo`);
+4. polish: the same on all samples with finer angle bins. Where the result would reflect more light
+   than there is, its G is lowered (`limits`).
 
 Without the prior (strength 0) the sweeps leave the factors as they come, refining has sweeps
 between the joint steps, and the polish ends with the Gaussian filter over G that the paper uses for
@@ -29,6 +30,7 @@ from itertools import islice
 import numpy as np
 
 from . import joint, order, prior
+from .albedo import AlbedoError
 from .factors import AnyFactors, Factors
 from .limits import within_energy
 from .measurement import Measurement
@@ -56,28 +58,42 @@ ROUND = 4
 SMOOTHING_SIGMA = 0.7
 SMOOTHING_SHARES = (1.0, 0.5, 0.25, 0.125)
 
+# The share of E that counts as reachable at least: the estimate is one.
+LEAST_REACHABLE = 0.1
+
 # How long a polish step takes, in steps of the other stages: it sees all samples.
 POLISH_STEP = 4
 
 
-# Stage, model and objective after each step from one start.
-Explored = Iterator[tuple[str, Factors, float]]
+# Stage, model, objective and its strength of the prior after each step from one start.
+Explored = Iterator[tuple[str, Factors, float, float]]
 
 
 @dataclass(frozen=True)
 class FitStep:
     """State after one step of a fit.
 
-    stage : "sweep 1", "explore 1" ..., "refine", "polish"; the objective is comparable within one
-    objective : E of eq. 2 relative to sum w rho^2, times e^(strength x disorder) of the prior
+    stage : "sweep 1", "explore 1" ..., "refine", "albedo", "polish", "limit"; the objective is
+        comparable within one
+    objective : (E + albedo_error) e^disorder, what the stage minimises
     model : the model now, in the fixed gauge
     progress : 0..1 of the expected work
+    strength : of the prior in the objective
+    albedo_error : AlbedoError.value in the stages that look at it, else 0
     """
 
     stage: str
     objective: float
     model: Factors
     progress: float
+    strength: float
+    albedo_error: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """E of eq. 2 relative to sum w rho^2."""
+        both = self.objective / np.exp(prior.disorder(self.model, self.strength))
+        return float(max(both - self.albedo_error, 0))
 
 
 @dataclass(frozen=True)
@@ -100,6 +116,7 @@ def fit(
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = prior.DEFAULT_STRENGTH,
     make_problem: Callable[..., Problem] = Problem,
+    make_albedo: Callable[[Measurement], AlbedoError] = AlbedoError.of,
 ) -> FitResult:
     """Run `fit_steps` to the end."""
     steps = list(
@@ -109,15 +126,15 @@ def fit(
             quality=quality,
             prior_strength=prior_strength,
             make_problem=make_problem,
+            make_albedo=make_albedo,
         )
     )
-    return result_of(steps[-1], len(steps), weight, prior_strength)
+    return result_of(steps[-1], len(steps), weight)
 
 
-def result_of(last: FitStep, iterations: int, weight: str, prior_strength: float) -> FitResult:
+def result_of(last: FitStep, iterations: int, weight: str) -> FitResult:
     """Result of a fit from its last step."""
-    objective = float(last.objective / np.exp(prior.disorder(last.model, prior_strength)))
-    return FitResult(last.model.sorted_by_width(), objective, iterations, weight)
+    return FitResult(last.model.sorted_by_width(), last.error, iterations, weight)
 
 
 def fit_steps(
@@ -127,19 +144,20 @@ def fit_steps(
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = prior.DEFAULT_STRENGTH,
     make_problem: Callable[..., Problem] = Problem,
+    make_albedo: Callable[[Measurement], AlbedoError] = AlbedoError.of,
 ) -> Iterator[FitStep]:
     """Yield the state after every step, so that a caller can show progress or stop.
 
     weight : a name in weights.WEIGHTS
     quality : a name in quality.QUALITIES
     prior_strength : of `prior`; 0 fits the data alone
-    make_problem : for experiments with variants of the model
+    make_problem, make_albedo : for experiments with variants of the model
     """
     work = QUALITIES[quality]
     explore_count = work.starts * (work.sweeps + work.explore_steps)
-    total = explore_count + work.refine_steps + POLISH_STEP * work.polish_steps
-
-    coarse = make_problem(
+    polish_work = POLISH_STEP * work.polish_steps
+    total = explore_count + work.refine_steps + work.albedo_steps + polish_work
+    problem = make_problem(
         measurement,
         weight=weight,
         phi_group=work.coarse_phi_group,
@@ -147,28 +165,67 @@ def fit_steps(
     )
 
     def explore(start: Callable[[Problem], FactorModel]) -> Explored:
-        return _explore(coarse, start(coarse), work, prior_strength)
+        return _explore(problem, start(problem), work, prior_strength)
 
     model = yield from best_of_starts(
         STARTS[: work.starts], explore, work.sweeps + work.explore_steps, total
     )
-    for i, (refined, objective) in enumerate(_refine(coarse, model, work, prior_strength)):
-        model = refined
-        yield FitStep("refine", objective, model, (explore_count + i) / total)
-
+    run = _Run(model, explore_count, total)
+    strength = felt_strength(prior_strength, problem, run.model)
+    refined = _refine(problem, run.model, work, strength)
+    yield from run.stage("refine", refined, work.refine_steps, strength)
+    albedo = make_albedo(measurement)
+    steps = joint.refine(problem, run.model, strength, albedo)
+    matched = until_converged(steps, work.albedo_steps)
+    yield from run.stage("albedo", matched, work.albedo_steps, strength, albedo)
     if work.polish_steps:
-        fine = make_problem(measurement, weight=weight, n_angles=work.polish_angles)
-        polish = _polish(fine, model, work.polish_steps, prior_strength)
-        for i, (polished, objective) in enumerate(polish):
-            model = polished
-            done = explore_count + work.refine_steps + POLISH_STEP * (i + 1)
-            yield FitStep("polish", objective, polished, min(done / total, 1))
+        problem = make_problem(measurement, weight=weight, n_angles=work.polish_angles)
+        strength = felt_strength(prior_strength, problem, run.model)
+        polished = _polish(problem, run.model, work.polish_steps, strength, albedo)
+        yield from run.stage("polish", polished, polish_work, strength, albedo)
+    limited = within_energy(run.model)
+    if limited is not run.model:
+        objective = joint.objective_of(problem, limited, strength, albedo)
+        yield from run.stage("limit", iter([(limited, objective)]), 0, strength, albedo)
 
-    limited = within_energy(model)
-    if limited is not model:
-        problem = fine if work.polish_steps else coarse
-        objective = joint.objective_of(problem, limited, prior_strength)
-        yield FitStep("limit", objective, limited, 1.0)
+
+@dataclass
+class _Run:
+    """The model so far and the work done of a total; a step of the coarse stages is the unit."""
+
+    model: FactorModel
+    done: int
+    total: int
+
+    def stage(
+        self,
+        name: str,
+        steps: Iterator[tuple[FactorModel, float]],
+        budget: int,
+        strength: float,
+        albedo: AlbedoError | None = None,
+    ) -> Iterator[FitStep]:
+        """Pass on the steps (model, objective) of a stage and keep the last model.
+
+        budget : work of the stage if it does not end early
+        """
+        unit = POLISH_STEP if name == "polish" else 1
+        for i, (model, objective) in enumerate(steps):
+            self.model = model
+            progress = min((self.done + unit * i) / self.total, 1)
+            albedo_error = albedo.value(model) if albedo else 0.0
+            yield FitStep(name, objective, model, progress, strength, albedo_error)
+        self.done += budget
+
+
+def felt_strength(strength: float, problem: Problem, model: FactorModel) -> float:
+    """Strength of the prior against the part of E that a model can take away.
+
+    Noise, or data that is not reciprocal, would else make the prior stronger: a disorder of 1 has
+    to buy a factor of e, and what cannot be bought must not be counted.
+    """
+    reachable = 1 - problem.unreachable / max(problem.objective_of(model), np.finfo(float).tiny)
+    return strength * max(reachable, LEAST_REACHABLE)
 
 
 def best_of_starts(
@@ -177,19 +234,22 @@ def best_of_starts(
     steps_each: int,
     total: int,
 ) -> Generator[FitStep, None, Factors]:
-    """Yield the steps of every start in turn; returns the model with the lowest last objective.
+    """Yield the steps of every start in turn; returns the best of the models they end with.
 
     steps_each, total : expected number of steps of a start and of the whole fit
     """
-    best: FitStep | None = None
+    last: list[FitStep] = []
     for number, start in enumerate(starts):
-        for i, (stage, model, objective) in enumerate(explore(start)):
+        for i, (stage, model, objective, strength) in enumerate(explore(start)):
             progress = (number * steps_each + i) / total
-            step = FitStep(f"{stage} {number + 1}", objective, model, progress)
+            step = FitStep(f"{stage} {number + 1}", objective, model, progress, strength)
             yield step
-        if best is None or step.objective < best.objective:
-            best = step
-    return best.model
+        last.append(step)
+    # starts are comparable under one strength
+    strength = min(step.strength for step in last)
+    return min(
+        last, key=lambda step: step.error * np.exp(prior.disorder(step.model, strength))
+    ).model
 
 
 def sweep(
@@ -238,9 +298,10 @@ def _in_order(
 def _explore(problem: Problem, model: FactorModel, work: Quality, strength: float) -> Explored:
     for i in range(work.sweeps):
         model = sweep(problem, model, hold_lobes=i == 0, in_order=strength > 0)
-        yield "sweep", model, joint.objective_of(problem, model, strength)
-    for stepped, objective in islice(joint.refine(problem, model, strength), work.explore_steps):
-        yield "explore", stepped, objective
+        yield "sweep", model, joint.objective_of(problem, model, strength), strength
+    felt = felt_strength(strength, problem, model)
+    for stepped, objective in islice(joint.refine(problem, model, felt), work.explore_steps):
+        yield "explore", stepped, objective, felt
 
 
 def _refine(
@@ -275,23 +336,26 @@ def until_converged(
 
 
 def _polish(
-    problem: Problem, model: FactorModel, n_steps: int, strength: float
+    problem: Problem, model: FactorModel, n_steps: int, strength: float, albedo: AlbedoError
 ) -> Iterator[tuple[FactorModel, float]]:
-    start = joint.objective_of(problem, model, strength)
-    yield model, start
-    objective = start
-    for polished, value in until_converged(joint.refine(problem, model, strength), n_steps):
+    start = model
+    objective = joint.objective_of(problem, model, strength, albedo)
+    yield model, objective
+    steps = joint.refine(problem, model, strength, albedo)
+    for polished, value in until_converged(steps, n_steps):
         model, objective = polished, value
         if strength > 0:
             yield model, objective
     if strength == 0:
         if highlight_width(problem) < SPECULAR_WIDTH:
-            model, objective = _smoothed(problem, model, objective, bound=start)
+            # the albedo error that the steps have taken away is no room for the filter
+            bound = max(objective, problem.objective_of(start))
+            model, objective = _smoothed(problem, model, objective, bound, albedo)
         yield model, objective
 
 
 def _smoothed(
-    problem: Problem, model: FactorModel, objective: float, bound: float
+    problem: Problem, model: FactorModel, objective: float, bound: float, albedo: AlbedoError
 ) -> tuple[FactorModel, float]:
     """Filter G as much as the bound on the objective allows, the linear factors re-solved."""
     smooth = gaussian_filtered(model.masking, SMOOTHING_SIGMA)
@@ -301,7 +365,7 @@ def _smoothed(
         for update in (update_ndf, update_fresnel, update_diffuse_and_scale):
             trial = update(problem, moments, trial)
         trial = trial.normalized()
-        value = joint.objective_of(problem, trial, 0)
+        value = joint.objective_of(problem, trial, 0, albedo)
         if value <= bound:
             return trial, value
     return model, objective

@@ -98,7 +98,7 @@ def fit_measurement(
         iterations += 1
         if on_step:
             on_step(step)
-    result = fit.result_of(step, iterations, weight, prior_strength)
+    result = fit.result_of(step, iterations, weight)
     figures = _anisotropic_figures if anisotropic else _isotropic_figures
     return FittedMaterial(
         name=material_name(measurement.source.file_name),

@@ -66,3 +66,29 @@ def sphere_scene(environments: list[np.ndarray], resolution: int = RESOLUTION) -
     """The unit sphere; tangents in the direction of increasing longitude about the upward axis."""
     normals, mask = sphere_normals(resolution)
     return FramedScene(normals, np.cross(UP, normals), mask, environments)
+
+
+def cloth_scene(environments: list[np.ndarray], resolution: int = RESOLUTION) -> FramedScene:
+    """A hanging cloth that fills the square from -1 to 1: a height field over x and y.
+
+    Folds that open and turn downwards, with slopes up to 65 degrees. The warp, the tangent, runs
+    along the height field in the direction of x.
+    """
+    axis = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+    x, y = (a.ravel() for a in np.meshgrid(axis, -axis))
+    slope_x, slope_y = cloth_slopes(x, y)
+    flat, one = np.zeros_like(x), np.ones_like(x)
+    normals = normalized(np.stack([-slope_x, -slope_y, one], -1))
+    tangents = np.stack([one, flat, slope_x], -1)
+    return FramedScene(normals, tangents, np.ones((resolution, resolution), bool), environments)
+
+
+def cloth_slopes(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes dz/dx and dz/dy (n,) of the cloth's height a(y) sin(p(x, y))."""
+    amplitude, amplitude_y = 0.2 - 0.08 * y, -0.08  # folds are deeper further down
+    phase = 9 * x + 1.5 * np.sin(2 * y) + 2 * x * y
+    phase_x, phase_y = 9 + 2 * y, 3 * np.cos(2 * y) + 2 * x
+    return (
+        amplitude * phase_x * np.cos(phase),
+        amplitude_y * np.sin(phase) + amplitude * phase_y * np.cos(phase),
+    )

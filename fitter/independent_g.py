@@ -26,6 +26,7 @@ import numpy as np
 
 from . import fit as shared
 from . import joint
+from .albedo import AlbedoError
 from .line_search import golden_section_search
 from .measurement import Measurement
 from .model import FactorModel
@@ -103,9 +104,11 @@ def fit(
         before, objective = objective, coarse.objective_of(model)
         if before - objective <= shared.CONVERGED * before:
             break
+    albedo = AlbedoError.of(measurement)
+    model = improve(coarse, model, 0, work.albedo_steps, albedo)
     if work.polish_steps:
         fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
-        model = improve(fine, model, 0, work.polish_steps)
+        model = improve(fine, model, 0, work.polish_steps, albedo)
     return IndependentG(model)
 
 
@@ -201,15 +204,26 @@ def update_masking_bagher2016(
 
 
 def _alternate_and_step(
-    problem: Problem, model: FactorModel, sweeps: int, joint_steps: int
+    problem: Problem,
+    model: FactorModel,
+    sweeps: int,
+    joint_steps: int,
+    albedo: AlbedoError | None = None,
 ) -> FactorModel:
     for _ in range(sweeps):
         model = sweep(problem, model)
-    steps = [model, *(m for m, _ in islice(joint.refine(problem, model), joint_steps))]
-    return steps[-1]
+    for stepped, _ in islice(joint.refine(problem, model, albedo=albedo), joint_steps):
+        model = stepped
+    return model
 
 
-def _alternate(problem: Problem, model: FactorModel, sweeps: int, joint_steps: int) -> FactorModel:
+def _alternate(
+    problem: Problem,
+    model: FactorModel,
+    sweeps: int,
+    joint_steps: int,
+    _albedo: AlbedoError | None = None,
+) -> FactorModel:
     for _ in range(sweeps + SWEEPS_PER_JOINT_STEP * joint_steps):
         model = sweep(problem, model, update_masking_bagher2016)
     return model

@@ -29,6 +29,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from . import prior
+from .albedo import AlbedoError
 from .factors import AnyFactors, Factors
 from .geometry import N_THETA_D, N_THETA_H
 from .model import FactorModel
@@ -97,21 +98,26 @@ class Layout:
         )
 
 
-def objective_of(problem: P, model: Factors, strength: float) -> float:
-    """What the steps minimise: E e^disorder."""
-    return problem.objective_of(model) * np.exp(prior.disorder(model, strength))
+def objective_of(
+    problem: P, model: Factors, strength: float, albedo: AlbedoError | None = None
+) -> float:
+    """What the steps minimise: (E + albedo error) e^disorder."""
+    error = problem.objective_of(model) + (albedo.value(model) if albedo else 0)
+    return error * np.exp(prior.disorder(model, strength))
 
 
 def refine(
     problem: P,
     model: AnyFactors,
     strength: float = 0.0,
+    albedo: AlbedoError | None = None,
     *,
     equations: Callable[[P, AnyFactors, Layout], Equations] | None = None,
 ) -> Iterator[tuple[AnyFactors, float]]:
     """Yield (model, objective) after every accepted step; ends when no step lowers it.
 
     strength : of the prior, which is part of the objective
+    albedo : of an isotropic measurement; part of the objective too, if given
     equations : for problems of another kind than Problem; default: normal_equations
     """
     equations = equations or normal_equations
@@ -121,6 +127,8 @@ def refine(
     while True:
         x = layout.pack(model)
         value, normal, gradient = equations(problem, model, layout)
+        if albedo:
+            value += _add_albedo(problem, model, albedo, normal, gradient)
         objective = value * np.exp(prior.disorder(model, strength))
         _add_prior(problem, model, strength, value, layout, normal, gradient)
         for _ in range(MAX_REJECTIONS):
@@ -129,7 +137,7 @@ def refine(
                 step[: layout.diffuse.start], -MAX_LOG_STEP, MAX_LOG_STEP
             )
             trial = layout.unpack(x + step, model).normalized()
-            after = objective_of(problem, trial, strength)
+            after = objective_of(problem, trial, strength, albedo)
             if after < objective:
                 break
             damping *= DAMPING_UP
@@ -159,6 +167,20 @@ def normal_equations(problem: Problem, model: FactorModel, layout: Layout) -> Eq
     lower = np.tril_indices(layout.size, -1)
     normal[lower] = normal.T[lower]
     return problem.objective(model, moments), normal, gradient
+
+
+def _add_albedo(
+    problem: Problem,
+    model: FactorModel,
+    albedo: AlbedoError,
+    normal: np.ndarray,
+    gradient: np.ndarray,
+) -> float:
+    """Add J' J and -J' r of the albedo error, and return it."""
+    residual, jacobian = albedo.residual_and_jacobian(model)
+    normal += problem.target_energy * (jacobian.T @ jacobian)
+    gradient -= problem.target_energy * (jacobian.T @ residual)
+    return float(residual @ residual)
 
 
 def _add_prior(

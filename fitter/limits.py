@@ -7,21 +7,12 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from .geometry import (
-    N_THETA_H,
-    merl_bin_index,
-    merl_bins,
-    theta_h_centres,
-    theta_h_from_index,
-)
+from .albedo import measured_albedo
+from .geometry import merl_bins
 from .measurement import Measurement
 from .model import FactorModel
-from .quadrature import HalfVectors
 from .splines import masking_nodes
 from .tables import directional_albedo, lobe_albedo
-
-# View angles at which the albedo is compared, degrees.
-VIEW_ANGLES = np.arange(0, 86, 5.0)
 
 # An albedo up to this between the view angles looked at does not exceed 1 in between.
 SAFE_ALBEDO = 0.97
@@ -29,16 +20,13 @@ SAFE_ALBEDO = 0.97
 # What it is lowered to: leaves a margin for the spline between nodes, and for quadratures.
 MOST_ALBEDO = 0.995
 
-# Azimuths of half vectors over half a turn; the other half is its mirror image.
-N_PHI = 48
-
 
 @dataclass(frozen=True)
 class Limits:
     """Figures of one fit.
 
     albedo_error : largest relative difference of the directional albedo, over what was measured,
-        for channels and VIEW_ANGLES; the share of the light that falls on bins without a
+        for channels and albedo.VIEW_ANGLES; the share of the light that falls on bins without a
         measurement is left out of both
     peak_ratio : largest value of the fit above the horizon over the largest of the data
     """
@@ -79,20 +67,3 @@ def within_energy(model: FactorModel) -> FactorModel:
     share = np.minimum(room / np.maximum(lobes, np.finfo(float).tiny), 1).min(1)
     masking = model.masking * np.append(share, share[-1])
     return replace(model, masking=masking).normalized()
-
-
-def measured_albedo(table: np.ndarray, measurement: Measurement) -> np.ndarray:
-    """Directional albedo (views, 3) of a table over bins that hold a measurement.
-
-    Half vectors at the centres of theta_h bins, so that the sharpest highlight is seen.
-    """
-    edges = theta_h_from_index(np.arange(N_THETA_H + 1))
-    ring = -2 * np.pi * np.diff(np.cos(edges))
-    half_vectors = HalfVectors.on_rings(theta_h_centres(), ring, N_PHI)
-    albedo = np.empty((len(VIEW_ANGLES), 3))
-    for row, theta in enumerate(np.radians(VIEW_ANGLES)):
-        view = half_vectors.at_view(theta)
-        bins = merl_bin_index(view.wi, np.broadcast_to(view.wo, view.wi.shape))
-        weight = view.wi[:, 2] * view.solid_angle * measurement.valid[bins]
-        albedo[row] = weight @ table[bins]
-    return albedo

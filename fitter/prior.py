@@ -7,7 +7,8 @@ that vanishes at grazing under a G that explodes there. The joint steps minimise
 
     log E + disorder
 
-so that a disorder of 1 has to buy a factor of e in E, whatever the material. Disorder is the sum
+so that a disorder of 1 has to buy a factor of e in E, whatever the material. Only the part of E
+that a model can take away counts: `fit.felt_strength`. Disorder is the sum
 over the curves, each with maximum 1, of
 
 - wrong way: by how much F falls with theta_d, G rises with theta, and D moves away from a single
@@ -61,6 +62,7 @@ NDF_FLOOR = 1e-5
 
 # Steps the wrong way below this size count quadratically: the sum of sizes has no derivative at 0.
 SOFTENING = 1e-3
+RATIO_SOFTENING = 0.02  # of log(G / cos theta); many of its steps stay near 0
 
 DEFAULT_STRENGTH = 0.3
 
@@ -115,6 +117,8 @@ class _Family:
     curve : what takes curves to the values that are judged, and to their derivatives to log numbers
     wrong : tells which steps go the wrong way
     wrong_way, roughness, level : weights of the three terms
+    softening : of the first
+    closed : the curves are closed, and end with their first two numbers again
     """
 
     index: np.ndarray
@@ -123,6 +127,8 @@ class _Family:
     wrong_way: float
     roughness: float
     level: float
+    softening: float = SOFTENING
+    closed: bool = False
 
 
 def _isotropic_families(free: dict[str, np.ndarray]) -> dict[str, list[_Family]]:
@@ -159,8 +165,9 @@ def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_
 
     def family(name: str, axis: str, curve: Callable, wrong: Callable) -> _Family:
         key = f"{name} {axis}"
-        weights = (ANISOTROPIC_WRONG_WAY, ANISOTROPIC_ROUGHNESS, ANISOTROPIC_LEVEL)
-        return _Family(lines[axis], curve, wrong, *(w.get(key, 0.0) for w in weights))
+        tables_of_weights = (ANISOTROPIC_WRONG_WAY, ANISOTROPIC_ROUGHNESS, ANISOTROPIC_LEVEL)
+        weights = (w.get(key, 0.0) for w in tables_of_weights)
+        return _Family(lines[axis], curve, wrong, *weights, closed=axis == "around")
 
     return {
         "ndf": [family("ndf", axis, _decades, _away_from_peak) for axis in lines],
@@ -170,7 +177,9 @@ def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_
         ],
         "masking": [
             *(family("masking", axis, _plotted, _rising) for axis in lines),
-            family("ratio", "along", _log_over_cosine, _falling),
+            replace(
+                family("ratio", "along", _log_over_cosine, _falling), softening=RATIO_SOFTENING
+            ),
         ],
     }
 
@@ -187,25 +196,29 @@ def _terms(numbers: np.ndarray, strength: float, family: _Family) -> Terms:
     values, derivative = family.curve(numbers)
     factor, v, slope = (a.ravel()[index] for a in (numbers, values, derivative))
     rows = len(index)
-    step = np.diff(v)
-    size = np.where(family.wrong(step, factor), np.abs(step), 0)
-    # size^2 / (size + SOFTENING) ~ size. A quadratic in the step with the same derivative lies
+    # each pair of a closed curve once
+    pairs = slice(0, index.shape[1] - 1 - family.closed)
+    step = np.diff(v)[:, pairs]
+    size = np.where(family.wrong(np.diff(v), factor)[:, pairs], np.abs(step), 0)
+    # size^2 / (size + softening) ~ size. A quadratic in the step with the same derivative lies
     # above it: minimising that never overshoots.
     wrong_way = strength * family.wrong_way / rows
-    half_derivative = wrong_way * (size + 2 * SOFTENING) / (2 * (size + SOFTENING) ** 2)
+    softening = family.softening
+    half_derivative = wrong_way * (size + 2 * softening) / (2 * (size + softening) ** 2)
     root = np.sqrt(half_derivative) * (size > 0)
     second = v[:, 2:] - 2 * v[:, 1:-1] + v[:, :-2]
     rough = np.sqrt(strength * family.roughness / rows)
     logarithm = np.log(np.maximum(factor, np.finfo(float).tiny))
-    both = (factor[:, 1:] > 0) & (factor[:, :-1] > 0)
+    difference = np.diff(logarithm)[:, pairs]
+    both = ((factor[:, 1:] > 0) & (factor[:, :-1] > 0))[:, pairs]
     weak = np.sqrt(family.level * (1 if strength > 0 else FREE_LEVEL) / rows) * both
-    pair = np.stack([index[:, :-1], index[:, 1:]], -1)
+    pair = np.stack([index[:, :-1], index[:, 1:]], -1)[:, pairs]
     triple = np.stack([index[:, :-2], index[:, 1:-1], index[:, 2:]], -1)
     parts = (
         (
-            wrong_way * size**2 / (size + SOFTENING),
+            wrong_way * size**2 / (size + softening),
             pair,
-            root[..., None] * np.stack([-slope[:, :-1], slope[:, 1:]], -1),
+            root[..., None] * np.stack([-slope[:, :-1], slope[:, 1:]], -1)[:, pairs],
             root * step,
         ),
         (
@@ -215,10 +228,10 @@ def _terms(numbers: np.ndarray, strength: float, family: _Family) -> Terms:
             rough * second,
         ),
         (
-            weak**2 * np.diff(logarithm) ** 2,
+            weak**2 * difference**2,
             pair,
             weak[..., None] * np.array([-1.0, 1.0]),
-            weak * np.diff(logarithm),
+            weak * difference,
         ),
     )
     return Terms(

@@ -57,6 +57,8 @@ class Problem:
     weight, weighted_target : (8100, n_phi, 3) sum w and sum w rho of each sample
     cell_weight, cell_target : (90, 90, 3) their sums over each cell
     target_energy : sum w rho^2 over everything, what E is relative to
+    unreachable : the part of E that no model can take away: values that differ within a sample
+        (wi and wo swapped, for one), and the noise of the samples
     bin_i, bin_o : (8100, n_phi) angle bins of theta_i and theta_o
     basis : (n_angles, 90) takes control points of G to u = G / cos at the bin centres
     """
@@ -80,6 +82,7 @@ class Problem:
             self.target_energy += float((w * rho * rho).sum())
             self.weight[..., channel] = _aggregate(w, n_phi)
             self.weighted_target[..., channel] = _aggregate(w * rho, n_phi)
+        self.unreachable = self._unreachable()
         self.cell_weight = self.weight.sum(1).reshape(N_THETA_H, N_THETA_D, 3)
         self.cell_target = self.weighted_target.sum(1).reshape(N_THETA_H, N_THETA_D, 3)
 
@@ -96,6 +99,19 @@ class Problem:
         ]
         theta = (np.arange(n_angles) + 0.5) / n_angles * HALF_PI
         self.basis = splines.catmull_rom_matrix(theta) / np.cos(theta)[:, None]
+
+    def _unreachable(self) -> float:
+        """See the class. Noise is what second differences along phi_d see, a smooth BRDF has none.
+
+        For independent noise of variance v their mean square is 6 v.
+        """
+        seen = self.weight > 0
+        mean = self.weighted_target / np.where(seen, self.weight, 1)
+        within = self.target_energy - float((self.weighted_target * mean).sum())
+        triple = seen[:, 2:] & seen[:, 1:-1] & seen[:, :-2]
+        second = mean[:, 2:] - 2 * mean[:, 1:-1] + mean[:, :-2]
+        noise = float((self.weight[:, 1:-1] * triple * second**2).sum()) / 6
+        return (within + noise) / self.target_energy
 
     def kernels(self, masking: np.ndarray) -> np.ndarray:
         """K_m = G_m(i) G_m(o) / (cos_i cos_o) of every sample: (lobes, 8100, n_phi)."""

@@ -26,10 +26,12 @@ class Quality(Work):
     """Work of an isotropic fit, which aggregates its samples; see Work and `problem`.
 
     coarse_phi_group, coarse_angles : resolution of all stages but the last
-    polish_steps : joint steps on all samples
+    albedo_steps : joint steps after the refinement that see the directional albedo as well
+    polish_steps : joint steps on all samples and the albedo
     polish_angles : angle bins of the polish
     """
 
+    albedo_steps: int
     coarse_phi_group: int
     coarse_angles: int
     polish_steps: int
@@ -37,13 +39,13 @@ class Quality(Work):
 
 
 QUALITIES = {
-    "draft": Quality(1, 6, 0, 13, 5, 180, 0, 180),
-    "standard": Quality(3, 6, 4, 32, 5, 360, 4, 720),
-    "best": Quality(5, 12, 8, 60, 5, 360, 24, 720),
+    "draft": Quality(1, 6, 0, 8, 5, 5, 180, 0, 180),
+    "standard": Quality(3, 6, 4, 24, 8, 5, 360, 4, 720),
+    "best": Quality(5, 12, 8, 60, 12, 5, 360, 24, 720),
 }
 ANISOTROPIC_QUALITIES = {
-    "draft": Work(1, 4, 0, 8),
-    "standard": Work(2, 4, 4, 25),
-    "best": Work(3, 8, 8, 60),
+    "draft": Work(1, 4, 0, 10),
+    "standard": Work(1, 4, 0, 36),
+    "best": Work(3, 8, 10, 80),
 }
 DEFAULT_QUALITY = "standard"

@@ -71,6 +71,23 @@ def read(path: str | os.PathLike, *, encoding: str | None = None) -> AnyMeasurem
     return format_.read(path, encoding)
 
 
+def read_isotropic(path: str | os.PathLike) -> Measurement:
+    """Read a measured file for what has no use for anisotropic ones.
+
+    Raises
+    ------
+    MeasurementError
+        As `read`, and if the file is anisotropic.
+    """
+    measurement = read(path)
+    if isinstance(measurement, AnisotropicMeasurement):
+        raise MeasurementError(
+            f"{shown_name(path)}: an anisotropic measurement, only isotropic ones can be used "
+            "here; choose another file"
+        )
+    return measurement
+
+
 def detect(path: str | os.PathLike) -> Format:
     """Format of a file, by its content; where none fits, the one whose suffix it has.
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from . import resampling, tensor_file
 from .adaptive_brdf import AdaptiveBrdf
+from .anisotropic_measurement import AnisotropicMeasurement
 from .cie1931 import srgb_from_reflectance
 from .errors import MeasurementError
 from .measured_file import opened
@@ -48,21 +49,17 @@ def recognises(head: bytes, _size: int) -> bool:
     return tensor_file.recognises(head)
 
 
-def read(path: str | os.PathLike) -> Measurement:
-    """Read an isotropic file and tabulate it on the MERL grid, as resampling.py says.
+def read(path: str | os.PathLike) -> Measurement | AnisotropicMeasurement:
+    """Read a file and tabulate it: isotropic on MERL's grid, anisotropic on UTIA's (resampling.py).
 
     Raises
     ------
     MeasurementError
-        The file cannot be read, is no RGL file or an anisotropic one, or holds nothing to fit.
+        The file cannot be read, is no RGL file, or holds nothing to fit.
     """
     file = load(path)
-    if not file.brdf.isotropic:
-        raise MeasurementError(
-            f"{file.source.file_name}: an anisotropic measurement, and only isotropic ones can be "
-            "fitted; choose another"
-        )
-    return resampling.to_merl_grid(file.brdf.f_r, file.source)
+    tabulate = resampling.to_merl_grid if file.brdf.isotropic else resampling.to_utia_grid
+    return tabulate(file.brdf.f_r, file.source)
 
 
 def load(path: str | os.PathLike) -> RglFile:

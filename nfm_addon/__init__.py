@@ -14,6 +14,7 @@ register, unregister = register_submodule_factory(
         "operators",
         "plot_icons",
         "panel",
+        "edit_panel",
         "live",
         "command",
     ),

@@ -7,7 +7,7 @@ that is saved, undone and copied with its material.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import bpy
 import numpy as np
@@ -82,9 +82,7 @@ def handles(group: bpy.types.ShaderNodeTree) -> Handles:
     return found
 
 
-def set_handles(
-    group: bpy.types.ShaderNodeTree, name: str, wanted: list[Handle] | tuple[Handle, ...]
-) -> None:
+def set_handles(group: bpy.types.ShaderNodeTree, name: str, wanted: Sequence[Handle]) -> None:
     """Give a curve these handles, at least two."""
     mapping, curve = _mapping_and_curve(group, name)
     points = curve.points
@@ -96,6 +94,13 @@ def set_handles(
         point.location = (x, y)
         point.handle_type = kind
     mapping.update()
+
+
+def write(group: bpy.types.ShaderNodeTree, wanted: Handles) -> None:
+    """Give curves by name these handles; those that were removed are left out."""
+    for name, points in wanted.items():
+        if node_of(group, name) is not None:
+            set_handles(group, name, points)
 
 
 def heights(group: bpy.types.ShaderNodeTree) -> dict[str, np.ndarray]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -22,14 +23,15 @@ import numpy as np
 from ..fitter import curves, edits, parameter_file
 from ..fitter.blend import blend, mix
 from ..fitter.closures import Closure
-from ..fitter.curves import Curves
+from ..fitter.curves import CURVES, Curves
+from ..fitter.edit_document import EditDocument, Handles
 from ..fitter.edits import Edits, Sliders
 from ..fitter.limits import within_energy
 from ..fitter.model import FactorModel
 from . import curve_nodes, live_nodes, script_node, stand_in
-from .edit_properties import sliders_of
+from .edit_properties import set_sliders, sliders_of
 from .errors import ShaderError
-from .node_group import SCRIPT_NODE, find_group_node, find_script_node
+from .node_group import LOBE_SOCKETS, SCRIPT_NODE, find_group_node, find_script_node
 from .shader_source import Surface, new_surface
 
 _DRAFT = " draft"
@@ -165,8 +167,8 @@ def refresh(
         changed = True
     else:
         changed = False
-    _set_inputs(group, state)
-    return changed
+    gains = tuple(lobe.gain for lobe in state.sliders.lobes)
+    return live_nodes.set_inputs(group, gains, *_diffuse_map(state)) or changed
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:
@@ -185,19 +187,98 @@ def fitted_material(owner: bpy.types.Material) -> parameter_file.FittedMaterial:
     return parameter_file.loads(owner.nfm.parameters, f"material {owner.name!r}")
 
 
-def draw_curves(owner: bpy.types.Material) -> None:
-    """Draw the curves of a material from its measurement; whatever was edited is gone.
+def draw_curves(owner: bpy.types.Material, handles: Handles | None = None) -> None:
+    """Draw the curves of a material from its measurement; what was edited by hand is gone.
 
-    Anisotropic factors have no curves.
+    handles : of curves that were drawn before, to have the same again
     """
-    if fitted_material(owner).model.kind == "anisotropic":
-        return
     group = group_of(owner)
+    model = fitted_material(owner).model
+    if model.kind != "isotropic":
+        return  # its D and G are no curves
     curve_nodes.ensure(group)
-    curve_nodes.draw(group, curves.drawn(fitted_material(owner).model).heights())
+    curve_nodes.draw(group, curves.drawn(model).heights())
+    curve_nodes.write(group, handles or {})
     heights = {name: values.tolist() for name, values in curve_nodes.heights(group).items()}
-    handles = curve_nodes.handles(group)
-    owner.nfm.edit.drawn = json.dumps({"handles": handles, "heights": heights})
+    drawn = {"handles": curve_nodes.handles(group), "heights": heights}
+    owner.nfm.edit.drawn = json.dumps(drawn)
+
+
+def drawn_handles(owner: bpy.types.Material) -> Handles:
+    """The handles of the curves as they were drawn from the measurement."""
+    if not owner.nfm.edit.drawn:
+        return {}
+    stored = json.loads(owner.nfm.edit.drawn)["handles"]
+    return {name: tuple(map(tuple, handles)) for name, handles in stored.items()}
+
+
+def reset_curves(owner: bpy.types.Material, names: Sequence[str] = CURVES) -> None:
+    """Draw curves as they were drawn from the measurement, those that were removed as well.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As refresh.
+    """
+    group = own_group(owner)
+    missing = set(CURVES) - set(curve_nodes.handles(group))
+    if missing or not owner.nfm.edit.drawn:
+        kept = {} if missing == set(CURVES) else curve_nodes.handles(group)
+        draw_curves(owner, drawn_handles(owner))
+        curve_nodes.write(group, {name: kept[name] for name in kept if name not in names})
+    drawn = drawn_handles(owner)
+    curve_nodes.write(group, {name: drawn[name] for name in names})
+
+
+def document_of(owner: bpy.types.Material) -> EditDocument:
+    """The edits of a material, to be written down.
+
+    Raises
+    ------
+    ShaderError
+        The material has lost its Script node.
+    """
+    now, drawn = curve_nodes.handles(group_of(owner)), drawn_handles(owner)
+    names = [name for name in CURVES if name in now and name in drawn]
+    return EditDocument(
+        curves={name: now[name] for name in names},
+        drawn={name: drawn[name] for name in names},
+        sliders=sliders_of(owner.nfm.edit),
+    )
+
+
+def apply_document(owner: bpy.types.Material, document: EditDocument) -> None:
+    """Give a material the edits of another: its sliders, and those curves that were edited.
+
+    Raises
+    ------
+    ShaderError
+        The material has lost its Script node, or its node group is linked.
+    """
+    edited = {
+        name: handles
+        for name, handles in document.curves.items()
+        if handles != document.drawn[name]
+    }
+    curve_nodes.write(own_group(owner), edited)
+    set_sliders(owner.nfm.edit, document.sliders)
+
+
+def largest_albedo(owner: bpy.types.Material) -> float:
+    """Largest share of light that the edited material reflects, up to 87 degrees; 0 if unknown.
+
+    With gains, and with the colours that are typed into the node's sockets.
+    """
+    state = State(owner.nfm, {})
+    if not owner.nfm.edit.albedo:
+        return 0.0
+    sockets = find_group_node(owner).inputs
+    tints = np.array([_color(sockets[name]) for name in LOBE_SOCKETS])
+    gains = np.array([lobe.gain for lobe in state.sliders.lobes])
+    matrix, offset = _diffuse_map(state)
+    diffuse = np.maximum(matrix @ _color(sockets["Diffuse"]) + offset, 0)
+    lobes = np.array(json.loads(owner.nfm.edit.albedo))
+    return float((np.einsum("lvc,lc,l->vc", lobes, tints, gains) + diffuse).max())
 
 
 def own_group(owner: bpy.types.Material) -> bpy.types.ShaderNodeTree:
@@ -273,7 +354,7 @@ def _before_and_after(
         return None, None
     stored = json.loads(drawn)
     before = {name: np.array(values) for name, values in stored["heights"].items()}
-    if set(before) != set(curves.CURVES):
+    if set(before) != set(CURVES):
         return None, None
     after = dict(before)
     for name, values in heights.items():
@@ -294,13 +375,6 @@ def _within_energy(model: FactorModel, state: State) -> FactorModel:
     return replace(limited, scale=scale, diffuse=model.diffuse)
 
 
-def _set_inputs(group: bpy.types.ShaderNodeTree, state: State) -> None:
-    if group.library or group.override_library:
-        return
-    live_nodes.set_gains(group, tuple(lobe.gain for lobe in state.sliders.lobes))
-    live_nodes.set_diffuse(group, *_diffuse_map(state))
-
-
 def _diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Affine map (3, 3), (3,) of the Diffuse socket: blend, then hue and saturation.
 
@@ -319,6 +393,10 @@ def _diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:
     return matrix * (1 - weight), matrix @ (weight * second)
 
 
+def _color(socket: bpy.types.NodeSocket) -> np.ndarray:
+    return np.array(socket.default_value[:3])
+
+
 def _diffuse(measured: FactorModel, matrix: np.ndarray, offset: np.ndarray) -> np.ndarray:
     return np.maximum(matrix @ (np.pi * measured.diffuse) + offset, 0) / np.pi
 
@@ -333,6 +411,7 @@ def _remember(
         owner.nfm.native_psnr = figures["native_psnr"]
         owner.nfm.native_share = max(1 - figures["native_directional_error"], 0.0)
     owner.nfm.edit.albedo = json.dumps(np.round(surface.albedo, 5).tolist())
+    owner.update_tag()  # or undo would not take back what was written here
     if surface.closures:
         _closures[group.session_uid] = surface.closures
 

@@ -140,8 +140,21 @@ def _on_frame(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     for item in _editable():
         if item.animation_data:
             settings = item.evaluated_get(depsgraph).nfm
-            if _refresh(item, settings, draft=not rendering) and not rendering:
-                _Timer.start(REST, soon=False)
+            if _refresh(item, settings, draft=not rendering):
+                _animate_again(item)
+                if not rendering:
+                    _Timer.start(REST, soon=False)
+
+
+def _animate_again(item: bpy.types.Material) -> None:
+    """Have Blender evaluate other animation of a material anew.
+
+    What a handler changes is copied into the render from the originals, whose keyframed values are
+    not those of the frame.
+    """
+    for animated in (item, item.node_tree, editing.group_of(item)):
+        if animated.animation_data:
+            animated.update_tag(refresh={"TIME"})
 
 
 _HANDLERS = {

@@ -57,27 +57,32 @@ def link_scale(
     group.links.new(gain.outputs["Vector"], target)
 
 
-def set_gains(group: bpy.types.ShaderNodeTree, gains: tuple[float, ...]) -> None:
-    """Gains of the lobes."""
-    for name, gain in zip(GAINS, gains, strict=True):
-        _set(group, name, (gain,) * 3)
+def set_inputs(
+    group: bpy.types.ShaderNodeTree,
+    gains: tuple[float, ...],
+    matrix: np.ndarray,
+    offset: np.ndarray,
+) -> bool:
+    """Write the gains of the lobes and the map of the diffuse colour; whether any is new.
+
+    Diffuse colour = matrix (3, 3) times that of the socket, plus offset (3,).
+    """
+    wanted = dict(zip(GAINS, ((gain,) * 3 for gain in gains), strict=True))
+    wanted |= dict(zip(ROWS, matrix.tolist(), strict=True))
+    wanted[OFFSET] = offset.tolist()
+    return any([_set(group, name, value) for name, value in wanted.items()])
 
 
-def set_diffuse(group: bpy.types.ShaderNodeTree, matrix: np.ndarray, offset: np.ndarray) -> None:
-    """Diffuse colour = matrix (3, 3) times that of the socket, plus offset (3,)."""
-    for name, row in zip(ROWS, matrix.tolist(), strict=True):
-        _set(group, name, row)
-    _set(group, OFFSET, offset.tolist())
-
-
-def _set(group: bpy.types.ShaderNodeTree, name: str, value: tuple[float, ...] | list) -> None:
+def _set(group: bpy.types.ShaderNodeTree, name: str, value: tuple[float, ...] | list) -> bool:
     node = group.nodes.get(name)  # an artist may have removed it
     if node is None:
-        return
+        return False
     socket = node.inputs[1]
     # what is written is an update, even if nothing changes, and Cycles starts anew
-    if not np.array_equal(np.float32(socket.default_value), np.float32(value)):
-        socket.default_value = value
+    if np.array_equal(np.float32(socket.default_value), np.float32(value)):
+        return False
+    socket.default_value = value
+    return True
 
 
 def _vector_math(

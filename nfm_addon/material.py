@@ -7,6 +7,8 @@ itself travels in material.nfm.parameters, as text.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -75,8 +77,11 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
     material = _new_material(fitted, group, sampling)
     stand_in.show_in_workbench(material, values)
     show_in_cycles(material)
-    editing.draw_curves(material)
+    editing.draw_curves(material, fitted.edits and fitted.edits.drawn)
     editing.adopt(material, surface)
+    if fitted.edits:
+        editing.apply_document(material, fitted.edits)
+        editing.refresh(material)
     return material
 
 
@@ -205,7 +210,7 @@ def _new_material(
 def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     """Keep the model and its figures in material.nfm."""
     settings = material.nfm
-    settings.parameters = parameter_file.dumps(fitted)
+    settings.parameters = parameter_file.dumps(replace(fitted, edits=None))
     settings.model = parameter_file.MODEL
     settings.numbers = fitted.model.n_parameters
     if fitted.source:

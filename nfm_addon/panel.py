@@ -146,7 +146,7 @@ def _draw_actions(layout: bpy.types.UILayout) -> None:
     column = layout.column(align=True)
     for names in (
         ("refit", "replace_measurement", "reset_material"),
-        ("export_parameters", "save_preset", "load_preset"),
+        ("export_parameters", "save_edits", "load_edits"),
     ):
         row = column.row(align=True)
         for name in names:

@@ -57,9 +57,11 @@ def preferences_of(context: bpy.types.Context) -> NFM_AP_preferences | SimpleNam
 
 
 def library_folder(context: bpy.types.Context) -> Path:
-    """Folder of presets, as preferred; it may not exist yet."""
+    """Folder of presets, as preferred; it is made if it does not exist."""
     chosen = preferences_of(context).library_path
-    return Path(bpy.path.abspath(chosen)) if chosen else library_folder_by_default()
+    folder = Path(bpy.path.abspath(chosen)) if chosen else library_folder_by_default()
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def library_folder_by_default() -> Path:

@@ -94,6 +94,10 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
             )
         node.bytecode = bytecode
         node.bytecode_hash = bytecode_hash
+        # Nothing of this is a change to a render under way, nor to undo, which would keep the Text
+        # as it is while the node goes back.
+        node.id_data.update_tag()
+        node.script.update_tag()
         wanted = {osl.shader_param_ensure(node, parameter) for parameter in query.parameters}
     finally:
         # Cycles leaves it behind for internal scripts

@@ -22,7 +22,7 @@ class Surface:
     """A shader and what it leaves out.
 
     source : OSL
-    albedo : directional albedo (lobes, view angles..., 3), the shader's table for choosing lobes
+    albedo : (lobes, views, 3) directional albedo without the views at the horizon
     closures : of the base lobes, for the samplings that have them
     error : of the base lobes, where it was asked for
     """
@@ -50,8 +50,9 @@ def new_surface(
     closures : of the base lobes, which saves their selection
     graded : with the error of the base lobes
     """
-    albedo = _selection(model)
-    surface_tables = _surface_tables(model, albedo)
+    selection = _selection(model)
+    surface_tables = _surface_tables(model, selection)
+    albedo = selection[:, :-1].reshape(model.n_lobes, -1, 3)
     if sampling not in generate.BASE_SAMPLINGS:
         return Surface(generate.surface_shader(surface_tables, sampling), albedo)
     base = fit_base_lobes(model, closures)

@@ -37,7 +37,9 @@ VERBS = {
         option_extras=(("--dask", "dask"),),
     ),
     "export": Verb(
-        "write fitted parameters as a MERL file", _module("fitter", "export"), loads_blender=False
+        "write fitted parameters as a MERL or UTIA file",
+        _module("fitter", "export"),
+        loads_blender=False,
     ),
     "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),

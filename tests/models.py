@@ -110,6 +110,21 @@ def anisotropic_pile():
     return replace(model, ndf=ndf, scale=model.scale * [[1], [1], [4]]).normalized()
 
 
+def random_anisotropic(seed):
+    """Unrelated random factors, no zeros, not in the gauge, poles tied."""
+    rng = np.random.default_rng(seed)
+    ndf, masking = rng.uniform(0.1, 3, (2, 3, 6, 48))
+    for table in (ndf, masking):
+        table[:, 0] = table[:, 0, :1]
+    return AnisotropicModel(
+        diffuse=rng.uniform(0.01, 0.1, 3),
+        scale=rng.uniform(0.1, 2, (3, 3)),
+        ndf=ndf,
+        masking=masking,
+        fresnel=rng.uniform(0.2, 2, (3, 90)),
+    )
+
+
 ANISOTROPIC_MODELS = {
     "brushed": make_anisotropic(
         (0.02, 0.01, 0.01),

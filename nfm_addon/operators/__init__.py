@@ -6,12 +6,16 @@ from bpy.utils import register_submodule_factory
 register, unregister = register_submodule_factory(
     __name__,
     (
+        "apply_edits",
+        "blend_with",
         "cancel_fit",
+        "copy_edits",
+        "edit_presets",
         "export_parameters",
         "give_lamps_size",
         "import_measurement",
-        "presets",
         "refit",
+        "reset_edits",
         "reset_material",
         "set_up_render",
         "watch_fits",

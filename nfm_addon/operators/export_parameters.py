@@ -10,17 +10,17 @@ from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ExportHelper
 
 from ...fitter import parameter_file
-from ...fitter.errors import NfmError, shown_name
-from .. import material as materials
-from ..context import NeedsMaterial, measured_material
+from ...fitter.errors import shown_name
+from .. import editing
+from .measured_material import EditOperator, active_material
 
 
-class NFM_OT_export_parameters(NeedsMaterial, bpy.types.Operator, ExportHelper):
+class NFM_OT_export_parameters(EditOperator, bpy.types.Operator, ExportHelper):
     """bpy.ops.nfm.export_parameters(filepath=...)."""
 
     bl_idname = "nfm.export_parameters"
     bl_label = "Export"
-    bl_description = "Write the fitted model of this material to an .nfm.json file"
+    bl_description = "Write the fitted model of this material, without edits, to an .nfm.json file"
     bl_options = {"REGISTER"}
 
     filename_ext = parameter_file.SUFFIX
@@ -29,19 +29,14 @@ class NFM_OT_export_parameters(NeedsMaterial, bpy.types.Operator, ExportHelper):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if not self.filepath:
-            name = bpy.path.clean_name(measured_material(context).name)
+            name = bpy.path.clean_name(active_material(context).name)
             self.filepath = f"{name}{parameter_file.SUFFIX}"
         return ExportHelper.invoke(self, context, event)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def change(self, _context: bpy.types.Context, material: bpy.types.Material) -> str:
         path = bpy.path.abspath(self.filepath)
-        try:
-            parameter_file.save(path, materials.fitted_material(measured_material(context)))
-        except NfmError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, rpt_("Written: {:s}").format(shown_name(path)))
-        return {"FINISHED"}
+        parameter_file.save(path, editing.fitted_material(material))
+        return rpt_("Written: {:s}").format(shown_name(path))
 
 
 register, unregister = register_classes_factory((NFM_OT_export_parameters,))

@@ -14,14 +14,14 @@ from bpy_extras.io_utils import ImportHelper
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import is_parameter_file, material_from_file
 from ...fitter.quality import DEFAULT_QUALITY
-from ..context import NeedsMaterial, measured_material
 from ..fitting.landing import ExistingMaterial
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import FILE_FILTER
 from ..properties import QUALITY_ITEMS
+from .measured_material import EditOperator, active_material
 
 
-class _Fits(NeedsMaterial):
+class _Fits(EditOperator):
     """What both operators share: the options, and putting a file's model into a material."""
 
     quality: EnumProperty(
@@ -37,7 +37,7 @@ class _Fits(NeedsMaterial):
     )
 
     def _put_model_of(self, path: str, context: bpy.types.Context) -> set[str]:
-        item = measured_material(context)
+        item = active_material(context)
         place = ExistingMaterial(item.session_uid, path, self.bl_label)
         if not (self.wait or bpy.app.background or is_parameter_file(path)):
             queue.add(Job(path, self.quality.lower(), place))
@@ -63,14 +63,14 @@ class NFM_OT_refit(_Fits, bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        path = bpy.path.abspath(measured_material(context).nfm.source_path)
+        path = bpy.path.abspath(active_material(context).nfm.source_path)
         if not Path(path).is_file() or is_parameter_file(path):
             self.report({"INFO"}, rpt_("Where is the measured file?"))
             return bpy.ops.nfm.replace_measurement("INVOKE_DEFAULT", quality=self.quality)
         return context.window_manager.invoke_props_dialog(self)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        path = measured_material(context).nfm.source_path
+        path = active_material(context).nfm.source_path
         if not path:
             self.report({"ERROR"}, rpt_("Where the measured file is, is not known; use Replace"))
             return {"CANCELLED"}

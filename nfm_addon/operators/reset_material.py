@@ -6,27 +6,23 @@ from __future__ import annotations
 import bpy
 from bpy.utils import register_classes_factory
 
-from .. import material as materials
-from ..context import NeedsMaterial, measured_material
-from ..node_group import LOBE_SOCKETS
+from ..node_group import LOBE_SOCKETS, find_group_node
+from .measured_material import EditOperator
 
 
-class NFM_OT_reset_material(NeedsMaterial, bpy.types.Operator):
+class NFM_OT_reset_material(EditOperator, bpy.types.Operator):
     """bpy.ops.nfm.reset_material()."""
 
     bl_idname = "nfm.reset_material"
     bl_label = "Reset"
     bl_description = "Set diffuse colour and lobe scales back to what was measured; show all lobes"
-    bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        item = measured_material(context)
-        node = materials.find_group_node(item)
+    def change(self, _context: bpy.types.Context, material: bpy.types.Material) -> None:
+        node = find_group_node(material)
         defaults = node.node_tree.interface.items_tree
         for name in ("Diffuse", *LOBE_SOCKETS):
             node.inputs[name].default_value = defaults[name].default_value
-        item.nfm.mute = item.nfm.solo = (False,) * 3
-        return {"FINISHED"}
+        material.nfm.mute = material.nfm.solo = (False,) * 3
 
 
 register, unregister = register_classes_factory((NFM_OT_reset_material,))

@@ -101,6 +101,7 @@ def short_fit(monkeypatch):
         sweeps=1,
         explore_steps=1,
         refine_steps=1,
+        albedo_steps=1,
         coarse_phi_group=45,
         coarse_angles=60,
         polish_steps=1,

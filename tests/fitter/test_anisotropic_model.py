@@ -7,24 +7,9 @@ import pytest
 
 from fitter import geometry, polar_grid
 from fitter.anisotropic_model import AnisotropicModel
-from tests.models import ANISOTROPIC_MODELS, bilinear
+from tests.models import ANISOTROPIC_MODELS, bilinear, random_anisotropic
 
 FACTORS = ("diffuse", "scale", "ndf", "masking", "fresnel")
-
-
-def random_model(seed):
-    """Unrelated random factors, no zeros, not in the gauge, poles tied."""
-    rng = np.random.default_rng(seed)
-    ndf, masking = rng.uniform(0.1, 3, (2, 3, 6, 48))
-    for table in (ndf, masking):
-        table[:, 0] = table[:, 0, :1]
-    return AnisotropicModel(
-        diffuse=rng.uniform(0.01, 0.1, 3),
-        scale=rng.uniform(0.1, 2, (3, 3)),
-        ndf=ndf,
-        masking=masking,
-        fresnel=rng.uniform(0.2, 2, (3, 90)),
-    )
 
 
 def by_hand(model, wi, wo):
@@ -56,7 +41,7 @@ def direction(theta, phi):
 
 
 def test_number_of_parameters():
-    model = random_model(0)
+    model = random_anisotropic(0)
     assert model.n_lobes == 3
     assert model.n_parameters == 2010
 
@@ -73,7 +58,7 @@ def test_number_of_parameters():
     ],
 )
 def test_equation_4(theta_i, phi_i, theta_o, phi_o):
-    model = random_model(1)
+    model = random_anisotropic(1)
     wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o)
     got = model.f_r(np.array([wi]), np.array([wo]))[0]
     np.testing.assert_allclose(got, by_hand(model, wi, wo), rtol=1e-9)
@@ -82,7 +67,7 @@ def test_equation_4(theta_i, phi_i, theta_o, phi_o):
 def test_reciprocal_to_the_last_bit(upper_directions):
     rng = np.random.default_rng(0)
     wi, wo = upper_directions(rng, 20_000), upper_directions(rng, 20_000)
-    model = random_model(2)
+    model = random_anisotropic(2)
     forth = model.f_r(wi, wo)
     assert np.isfinite(forth).all()
     assert (forth > 0).all()
@@ -93,7 +78,7 @@ def test_azimuth_counts_from_the_tangent_counter_clockwise():
     """A ridge of D along +y shines where h leans to +y, and nowhere else."""
     ndf = np.full((3, 6, 48), 0.01)
     ndf[:, 1:, 12] = 1  # 90 degrees
-    model = replace(random_model(3), ndf=ndf, diffuse=np.zeros(3))
+    model = replace(random_anisotropic(3), ndf=ndf, diffuse=np.zeros(3))
     up = direction(0.0, 0.0)
     towards = {
         phi: model.f_r(np.array([direction(1.0, math.radians(phi))]), np.array([up]))[0, 0]
@@ -112,7 +97,7 @@ def turned(w, angle):
 def test_turning_the_directions_is_turning_the_tables(upper_directions):
     rng = np.random.default_rng(1)
     wi, wo = upper_directions(rng, 1000), upper_directions(rng, 1000)
-    model = random_model(4)
+    model = random_anisotropic(4)
     steps = 5
     other = replace(
         model,
@@ -129,7 +114,7 @@ def test_zero_below_the_horizon():
     above, below, on = [0.6, 0.0, 0.8], [0.6, 0.0, -0.8], [1.0, 0.0, 0.0]
     wi = np.array([above, below, below, on, above])
     wo = np.array([below, above, below, above, on])
-    model = random_model(5)
+    model = random_anisotropic(5)
     np.testing.assert_array_equal(model.f_r(wi, wo), 0)
     # directions that cancel have no half vector
     np.testing.assert_array_equal(model.f_r(np.array([on]), -np.array([on])), 0)
@@ -153,14 +138,14 @@ def test_beyond_75_degrees_bounded_positive_and_without_jumps(name):
 
 
 def test_masking_over_cosine_hardly_changes_beyond_75_degrees():
-    model = random_model(6)
+    model = random_anisotropic(6)
     theta = np.radians([75.0, 80.0, 85.0, 89.0, 89.9999999])
     ratio = model.evaluate_masking(theta, np.full(5, 1.2)) / np.cos(theta)
     np.testing.assert_allclose(ratio, np.repeat(ratio[:, :1], 5, axis=1), rtol=0.012)
 
 
 def test_ndf_is_constant_beyond_75_degrees():
-    model = random_model(7)
+    model = random_anisotropic(7)
     theta = np.radians([75.0, 80.0, 90.0])
     values = model.evaluate_ndf(theta, np.full(3, 0.7))
     np.testing.assert_allclose(values, np.repeat(values[:, :1], 3, axis=1), rtol=1e-14)
@@ -183,14 +168,14 @@ def test_no_jump_where_the_half_vector_passes_the_pole():
 def test_gauge_and_order_change_no_value(upper_directions, change):
     rng = np.random.default_rng(3)
     wi, wo = upper_directions(rng, 2000), upper_directions(rng, 2000)
-    model = random_model(8)
+    model = random_anisotropic(8)
     changed = change(model)
     assert isinstance(changed, AnisotropicModel)
     np.testing.assert_allclose(changed.f_r(wi, wo), model.f_r(wi, wo), rtol=1e-12)
 
 
 def test_normalized_gives_the_gauge():
-    model = random_model(9).normalized()
+    model = random_anisotropic(9).normalized()
     for name in ("ndf", "masking"):
         np.testing.assert_array_equal(getattr(model, name).max((1, 2)), 1)
     np.testing.assert_array_equal(model.fresnel.max(1), 1)
@@ -213,7 +198,7 @@ def test_sorted_by_width():
 
 
 def test_nodes_are_reproduced():
-    model = random_model(10)
+    model = random_anisotropic(10)
     theta, phi = (
         a.ravel()
         for a in np.meshgrid(polar_grid.theta_nodes(), polar_grid.phi_nodes(), indexing="ij")

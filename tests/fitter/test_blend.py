@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fitter.blend import blend, mix
-from fitter.model import FactorModel, ndf_width
+from fitter.model import FactorModel
 from fitter.tables import directional_albedo
 from tests.models import MODELS
 
@@ -56,7 +56,7 @@ def test_lobes_are_matched_by_width():
     expected, got = blend(one, two, 0.4), blend(one, shuffled, 0.4)
     for name in FACTORS:
         np.testing.assert_allclose(getattr(got, name), getattr(expected, name), rtol=1e-12)
-    widths = [ndf_width(blend(one, two, t).ndf) for t in (0, 0.5, 1)]
+    widths = [blend(one, two, t).ndf_width() for t in (0, 0.5, 1)]
     assert (np.diff(widths, axis=1) > 0).all()
 
 

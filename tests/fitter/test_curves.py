@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,7 @@ def test_drawn_heights():
 
 def test_drawn_heights_of_nothing_are_zero():
     model = MODELS["metal"]
-    nothing = type(model)(*(np.zeros_like(getattr(model, name)) for name in model.__annotations__))
+    nothing = type(model)(*(np.zeros_like(getattr(model, f.name)) for f in fields(model)))
     for heights in curves.drawn(nothing).heights().values():
         np.testing.assert_array_equal(heights, 0)
 

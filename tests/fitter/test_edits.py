@@ -8,7 +8,7 @@ from fitter import curves, edits
 from fitter.edits import RANGES, Edits, LobeSliders, Sliders
 from fitter.geometry import theta_d_centres
 from fitter.limits import within_energy
-from fitter.model import FactorModel, ndf_width
+from fitter.model import FactorModel
 from fitter.tables import lobe_albedo, sampling_tables
 from tests.models import MODELS
 
@@ -175,7 +175,7 @@ def test_width_stretches_and_keeps_the_light(name):
     model = MODELS[name]
     for width in (0.5, 2.0):
         changed = edits.apply(model, with_lobe(1, width=width))
-        wider = ndf_width(changed.ndf)[1] > ndf_width(model.ndf)[1]
+        wider = changed.ndf_width()[1] > model.ndf_width()[1]
         assert wider == (width > 1)
         np.testing.assert_array_equal(changed.ndf[[0, 2]], model.ndf[[0, 2]])
     narrow = MODELS["metal"]

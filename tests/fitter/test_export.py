@@ -5,12 +5,14 @@ import struct
 import numpy as np
 import pytest
 
-from fitter import export, merl, parameter_file
+from fitter import export, merl, parameter_file, utia
 from fitter.command_line import FAILED, main
+from fitter.errors import MeasurementError
 from fitter.geometry import directions_from_rusinkiewicz
 from fitter.parameter_file import FittedMaterial
 from fitter.problem import Problem
 from tests import models
+from tests.rgl_files import spherical
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +23,7 @@ def model():
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory, model):
     path = tmp_path_factory.mktemp("exported") / "paint.binary"
-    export.write_merl(path, model)
+    export.write(path, model)
     yield path
     path.unlink()
 
@@ -73,6 +75,43 @@ def test_round_trip_with_an_independent_reader(exported, model):
     assert compared > 80
 
 
+def independent_utia_look_up(path, i, j, k, m):
+    """RGB at theta_i 15 i, phi_i 7.5 j, theta_o 15 k, phi_o 7.5 m degrees, as dj_brdf.h has it.
+
+    Doubles without a header, red before green before blue, the viewer's azimuth fastest.
+    """
+    side = 6 * 48
+    with path.open("rb") as file:
+        values = []
+        for channel in range(3):
+            file.seek(8 * ((channel * side + i * 48 + j) * side + k * 48 + m))
+            values.append(struct.unpack("<d", file.read(8))[0])
+    return values
+
+
+@pytest.mark.parametrize("kind", ["isotropic", "anisotropic"])
+def test_utia_round_trip(tmp_path, model, kind):
+    model = models.anisotropic_pile() if kind == "anisotropic" else model
+    path = tmp_path / "brush.bin"
+    export.write(path, model)
+    measurement = utia.read_bin(path)
+    rng = np.random.default_rng(2)
+    for i, j, k, m in zip(*(rng.integers(0, n, 50) for n in (6, 48, 6, 48)), strict=True):
+        wi, wo = (
+            spherical(np.radians(15 * t), np.radians(7.5 * p))[None] for t, p in ((i, j), (k, m))
+        )
+        wanted = model.f_r(wi, wo)[0]
+        np.testing.assert_allclose(independent_utia_look_up(path, i, j, k, m), wanted, rtol=1e-9)
+        np.testing.assert_allclose(measurement.f_r[i, j, k, m], wanted, rtol=1e-9)
+
+
+def test_anisotropic_model_is_no_merl_file(tmp_path):
+    path = tmp_path / "brush.binary"
+    with pytest.raises(MeasurementError, match=r"^brush\.binary: an anisotropic .* in \.bin"):
+        export.write(path, models.anisotropic_pile())
+    assert not path.exists()
+
+
 def test_the_model_fits_its_own_export(exported, model):
     problem = Problem(merl.read(exported), phi_group=9)
     assert problem.objective_of(model) < 1e-3
@@ -91,7 +130,7 @@ def test_other_suffixes_are_refused(tmp_path, model, capsys, name):
     params, output = tmp_path / "paint.nfm.json", tmp_path / name
     parameter_file.save(params, FittedMaterial("paint", model))
     assert main(["export", str(params), "-o", str(output)]) == FAILED
-    assert "let it end in .binary" in capsys.readouterr().err
+    assert "let it end in .binary or .bin" in capsys.readouterr().err
     assert not output.exists()
 
 

@@ -5,7 +5,12 @@ import numpy as np
 import pytest
 
 from fitter import nnls
-from fitter.nnls import PartlyNonnegative, solve_nonnegative, solve_partly_nonnegative
+from fitter.nnls import (
+    PartlyNonnegative,
+    descend,
+    solve_nonnegative,
+    solve_partly_nonnegative,
+)
 
 
 def random_problems(size, rows, seed=0, n=200):
@@ -275,3 +280,33 @@ def test_many_inputs_are_not_modified():
     PartlyNonnegative(matrix, mask).solve(right, start)
     for array, old in zip((matrix, right, mask, start), before, strict=True):
         np.testing.assert_array_equal(array, old)
+
+
+def test_descent_reaches_the_solution():
+    matrix, right = (part[0] for part in random_problems(4, rows=9, seed=6, n=1))
+    expected = solve_nonnegative(matrix[None], right[None])[0]
+    every = np.ones(4, bool)
+    x = descend(matrix, right, np.ones(4), np.zeros(4), every, passes=5000)
+    np.testing.assert_allclose(x, expected, atol=1e-9)
+
+
+def test_no_pass_of_the_descent_raises_the_value():
+    matrix, right = (part[0] for part in random_problems(7, rows=9, seed=7, n=1))
+    least = np.full(7, 0.1)
+    x, values = np.full(7, 3.0), []
+    for _ in range(20):
+        values.append(x @ matrix @ x - 2 * right @ x)
+        x = descend(matrix, right, x, least, np.ones(7, bool), passes=1)
+    assert (np.diff(values) <= 1e-12).all()
+    assert values[-1] < values[0]
+    assert x.min() >= 0.1
+
+
+def test_descent_leaves_what_is_not_free():
+    matrix, right = (part[0] for part in random_problems(5, rows=9, seed=8, n=1))
+    free = np.array([True, False, True, False, True])
+    start = np.arange(5.0)
+    x = descend(matrix, right, start, np.zeros(5), free, passes=3)
+    np.testing.assert_array_equal(x[~free], start[~free])
+    assert (x[free] != start[free]).all()
+    np.testing.assert_array_equal(start, np.arange(5.0))

@@ -9,15 +9,16 @@ from fitter import parameter_file
 from fitter.errors import ParameterFileError
 from fitter.measurement import Source
 from fitter.parameter_file import FittedMaterial, dumps, load, loads, save
+from tests.models import random_anisotropic
 
 FACTORS = ("diffuse", "scale", "ndf", "masking", "fresnel")
 
 
-@pytest.fixture
-def material(random_model):
+@pytest.fixture(params=["isotropic", "anisotropic"])
+def material(request, random_model):
     return FittedMaterial(
         name="gold \u00e9\u4e2d",
-        model=random_model(0),
+        model={"isotropic": random_model, "anisotropic": random_anisotropic}[request.param](0),
         source=Source("gold.binary", "merl", "ab" * 32),
         fit={"objective": 1.25e-3, "iterations": 97, "weight": "display-gamma"},
     )
@@ -63,17 +64,26 @@ def test_same_material_gives_the_same_text(material):
     assert text.endswith("}\n")
 
 
-def test_fields(document):
+def test_fields_of_both_kinds(document):
     assert document["format"] == "nfm"
     assert document["version"] == 1
     assert document["model"] == "shared3"
-    assert document["kind"] == "isotropic"
+    table = {"isotropic": (3, 90), "anisotropic": (3, 6, 48)}[document["kind"]]
     shapes = {key: np.shape(document[key]) for key in ("diffuse", "scale", "D", "G", "F")}
-    assert shapes == {"diffuse": (3,), "scale": (3, 3), "D": (3, 90), "G": (3, 90), "F": (3, 90)}
-    grids = document["grids"]
-    assert grids["theta_h"][0] == pytest.approx((0.5 / 90) ** 2 * np.pi / 2, rel=1e-15)
-    assert grids["theta"][1] == pytest.approx(np.pi / 2 / 89, rel=1e-15)
-    assert grids["theta_d"][1] == pytest.approx(np.radians(1.5), rel=1e-15)
+    assert shapes == {"diffuse": (3,), "scale": (3, 3), "D": table, "G": table, "F": (3, 90)}
+    assert document["grids"]["theta_d"][1] == pytest.approx(np.radians(1.5), rel=1e-15)
+
+
+def test_grids(random_model):
+    isotropic, anisotropic = (
+        json.loads(dumps(FittedMaterial("x", model)))["grids"]
+        for model in (random_model(0), random_anisotropic(0))
+    )
+    assert isotropic["theta_h"][0] == pytest.approx((0.5 / 90) ** 2 * np.pi / 2, rel=1e-15)
+    assert isotropic["theta"][1] == pytest.approx(np.pi / 2 / 89, rel=1e-15)
+    assert anisotropic.keys() == {"theta", "phi", "theta_d"}
+    np.testing.assert_allclose(anisotropic["theta"], np.radians([0, 15, 30, 45, 60, 75]))
+    np.testing.assert_allclose(anisotropic["phi"], np.radians(7.5) * np.arange(48))
 
 
 def test_material_that_could_not_be_read_back_is_not_written(material, tmp_path):
@@ -107,6 +117,8 @@ def test_truncated_anywhere(material):
 )  # fmt: skip
 def test_bad_number(document, key, number):
     row = document[key] if key == "diffuse" else document[key][2]
+    if isinstance(row[1], list):
+        row = row[1]
     row[1] = "HERE"
     refused(json.dumps(document).replace('"HERE"', number))
 
@@ -131,15 +143,27 @@ def test_wrong_header(document, key, value):
     refused(json.dumps(document))
 
 
-@pytest.mark.parametrize("key", ["theta_h", "theta", "theta_d"])
-def test_wrong_grid(document, key):
-    good = document["grids"][key]
-    for bad in ([x + 1e-3 for x in good], good[::-1], good[1:], None, "x"):
-        document["grids"][key] = bad
-        assert key in refused(json.dumps(document))
+def test_wrong_grid(document):
+    for key, good in document["grids"].items():
+        for bad in ([x + 1e-3 for x in good], good[::-1], good[1:], None, "x"):
+            document["grids"][key] = bad
+            assert key in refused(json.dumps(document))
+        document["grids"][key] = good
     for bad in (None, [], 1, {}):
         document["grids"] = bad
         refused(json.dumps(document))
+
+
+def test_one_kind_is_not_taken_for_the_other(document):
+    document["kind"] = {"isotropic": "anisotropic", "anisotropic": "isotropic"}[document["kind"]]
+    refused(json.dumps(document))
+
+
+@pytest.mark.parametrize("key", ["D", "G"])
+def test_pole_that_is_not_one_number(key):
+    document = json.loads(dumps(FittedMaterial("x", random_anisotropic(0))))
+    document[key][1][0][17] *= 1.001
+    assert "theta = 0" in refused(json.dumps(document))
 
 
 @pytest.mark.parametrize("value", [None, 1, [], {}, "x" * 1025, "\ud800", "a\udfffb"])

@@ -4,8 +4,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter import prior
+from fitter import polar_grid, prior
+from fitter.anisotropic_model import AnisotropicModel
 from fitter.geometry import theta_d_centres
+from tests.models import random_anisotropic
 
 FACTORS = ("ndf", "fresnel", "masking")
 
@@ -113,3 +115,63 @@ def test_numbers_that_are_zero_have_no_level(random_model):
     touching = ((got.index >= 30) & (got.index < 33)).any(1)
     assert not got.cost[touching].any()
     assert got.cost[~touching].any()
+
+
+# --- the tables of the anisotropic model ---
+
+
+def smooth_anisotropic():
+    """Level factors but for G = cos theta, which is in order both ways."""
+    table = np.ones((3, 6, 48))
+    cosine = np.cos(polar_grid.theta_nodes())[:, None]
+    return AnisotropicModel(np.ones(3), np.ones((3, 3)), table, table * cosine, np.ones((3, 90)))
+
+
+def test_anisotropic_tables_in_order_cost_next_to_nothing():
+    assert prior.disorder(smooth_anisotropic(), 1) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("masking", lambda g: np.where(np.arange(6)[:, None] == 3, 1.5 * g, g)),  # rises
+        ("masking", lambda g: g**4),  # falls faster than cos theta
+        ("masking", lambda g: g * (1 - 0.3 * (np.arange(48) % 2) * (np.arange(6) > 0)[:, None])),
+        ("ndf", lambda d: d * (1 - 0.5 * (np.arange(48) % 2) * (np.arange(6) > 0)[:, None])),
+        ("fresnel", lambda f: np.geomspace(1e-4, 1, 90) * f),
+    ],
+)
+def test_what_costs_in_anisotropic_tables(name, change):
+    model = smooth_anisotropic()
+    changed = replace(model, **{name: change(getattr(model, name))})
+    assert prior.disorder(changed, 1) > prior.disorder(model, 1) + 0.05
+
+
+def test_anisotropic_cost_does_not_depend_on_where_phi_begins():
+    model = random_anisotropic(0)
+    turned = replace(
+        model, ndf=np.roll(model.ndf, 7, axis=2), masking=np.roll(model.masking, 7, axis=2)
+    )
+    assert prior.disorder(turned, 0.3) == pytest.approx(prior.disorder(model, 0.3), rel=1e-12)
+
+
+def test_anisotropic_slopes_against_finite_differences():
+    """Only where every cost is quadratic in the step is its slope exact: twice slope x value."""
+    model = random_anisotropic(1)
+    rng = np.random.default_rng(0)
+    for name, terms in prior.terms(model, 0.3).items():
+        free = getattr(model, name)
+        free = free if name == "fresnel" else model.free_numbers(free)
+        derivative = np.zeros(free.size)
+        np.add.at(derivative, terms.index, 2 * terms.slope * terms.value[:, None])
+        direction = rng.standard_normal(free.shape)
+        # the maximum is held: the slopes leave out what a change of the gauge does
+        direction[np.arange(len(free)), free.argmax(1)] = 0
+
+        def cost(h, free=free, direction=direction, name=name):
+            moved = free * np.exp(h * direction)
+            moved = moved if name == "fresnel" else model.full_tables(moved)
+            return prior.terms(replace(model, **{name: moved}), 0.3)[name].cost.sum()
+
+        expected = (cost(1e-6) - cost(-1e-6)) / 2e-6
+        assert derivative @ direction.ravel() == pytest.approx(expected, rel=1e-4)

@@ -197,3 +197,17 @@ def test_objective_agrees_with_the_model_itself(planted, planted_measurement):
     expected = (w * (table - rho) ** 2).sum() / (w * rho**2).sum()
     got = Problem(planted_measurement, n_angles=720).objective_of(model)
     assert got == pytest.approx(expected, rel=5e-3)
+
+
+def test_unreachable_is_the_least_squares_of_free_samples(two_lobes, make_measurement):
+    """Without noise: what is left if every sample has a value of its own."""
+    rng = np.random.default_rng(0)
+    one_sided = two_lobes.f_r * np.where(np.arange(180) < 90, 0.9, 1.1)[:, None]
+    problem = Problem(make_measurement(one_sided, two_lobes.valid))
+    assert problem.unreachable == pytest.approx(0.01, rel=0.02)
+    assert Problem(two_lobes).unreachable < 1e-6
+    # noise of 10 % in values whose pairs agree
+    half = np.exp(0.1 * rng.standard_normal((90, 90, 90, 3)))
+    noise = np.concatenate([half, half[:, :, ::-1]], axis=2)
+    noisy = Problem(make_measurement(two_lobes.f_r * noise, two_lobes.valid))
+    assert noisy.unreachable == pytest.approx(0.01, rel=0.1)

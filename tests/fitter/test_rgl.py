@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import tracemalloc
+from functools import partial
 
 import numpy as np
 import pytest
@@ -153,10 +154,32 @@ def test_nothing_to_fit(tmp_path, fields, value):
         rgl.read(path)
 
 
-def test_anisotropic_is_refused(tmp_path):
-    made = rgl_files.fields_of(rgl_files.glossy, QUARTER, n=4, n_theta=2)
-    with pytest.raises(MeasurementError, match=r"^a\.bsdf: an anisotropic"):
-        rgl.read(written(tmp_path, made))
+def test_anisotropic_file_is_tabulated_on_the_utia_grid(tmp_path):
+    brush = partial(rgl_files.glossy, alpha=(0.3, 0.6))
+    path = written(tmp_path, rgl_files.fields_of(brush, QUARTER, n=8, n_theta=5))
+    measurement = rgl.read(path)
+    assert measurement.f_r.shape == (6, 48, 6, 48, 3)
+    assert measurement.valid.all()
+    assert measurement.source.format == "rgl"
+    assert measurement.report.negative == measurement.report.non_finite == 0
+    np.testing.assert_allclose(measurement.f_r, measurement.f_r.transpose(2, 3, 0, 1, 4))
+    # at 45 degrees: light along the brush and across it, seen from above
+    brdf = rgl.load(path).brdf
+    above = np.array([[0.0, 0, 1]])
+    for phi, node in ((0.0, 0), (np.pi / 2, 12)):
+        wi = rgl_files.spherical(np.pi / 4, phi)[None]
+        wanted = (brdf.f_r(wi, above) + brdf.f_r(above, wi)) / 2
+        np.testing.assert_allclose(measurement.f_r[3, node, 0, 0], wanted[0], rtol=1e-6)
+
+
+def test_anisotropic_colours_out_of_gamut(tmp_path):
+    made = rgl_files.fields_of(rgl_files.glossy, QUARTER, n=4, n_theta=3)
+    made["rgb"][:, :, 2, :2] = -1
+    made["rgb"][:, 0, 1, 0, 0] = np.nan
+    measurement = rgl.read(written(tmp_path, made))
+    assert (measurement.f_r >= 0).all()
+    assert 0 < measurement.report.negative < measurement.report.usable
+    assert 0 < measurement.report.non_finite == (~measurement.valid).sum()
 
 
 @pytest.mark.parametrize("key", ["theta_i", "phi_i", "ndf", "sigma", "vndf", "rgb", "jacobian"])

@@ -355,6 +355,7 @@ def test_fits_a_merl_file(
         sweeps=4,
         explore_steps=0,
         refine_steps=1,
+        albedo_steps=1,
         coarse_phi_group=15,
         coarse_angles=180,
         polish_steps=1,
@@ -424,7 +425,7 @@ def test_shader_that_does_not_compile_leaves_nothing(
     monkeypatch.setattr(
         addon("material"),
         "new_surface",
-        lambda *_: addon("shader_source").Surface("shader broken(", None),
+        lambda *_: addon("shader_source").Surface("shader broken(", np.zeros((3, 1, 3))),
     )
     item = mesh_object(slots=1)
     before = all_names()

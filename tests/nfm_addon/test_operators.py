@@ -26,7 +26,7 @@ def metal_path(tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    ["refit", "replace_measurement", "reset_material", "export_parameters", "save_preset"],
+    ["refit", "replace_measurement", "reset_material", "export_parameters"],
 )
 def test_poll_wants_a_measured_material(name, blender, item, mesh_object):
     operator = getattr(blender.ops.nfm, name)
@@ -102,11 +102,8 @@ def test_export_writes_what_import_reads(blender, addon, item, fitted, tmp_path)
         blender.ops.nfm.export_parameters(filepath=str(tmp_path / "no" / "out.nfm.json"))
 
 
-def test_presets_go_to_the_preferred_folder_whatever_they_are_called(
-    blender, addon, item, tmp_path, monkeypatch
-):
-    monkeypatch.setattr(addon("preferences").DEFAULTS, "library_path", str(tmp_path / "library"))
-    blender.ops.nfm.save_preset(name="../../my gold")
-    (path,) = (tmp_path / "library").iterdir()
-    assert parameter_file.load(path).name == "../../my gold"
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["library"]
+def test_the_library_folder_is_made(addon, blender, tmp_path, monkeypatch):
+    monkeypatch.setattr(addon("preferences").DEFAULTS, "library_path", str(tmp_path / "a" / "b"))
+    folder = addon("preferences").library_folder(blender.context)
+    assert folder == tmp_path / "a" / "b"
+    assert folder.is_dir()

@@ -149,8 +149,8 @@ def test_shows_everything_in_order(material, drawn):
                 "replace_measurement",
                 "reset_material",
                 "export_parameters",
-                "save_preset",
-                "load_preset",
+                "save_edits",
+                "load_edits",
             )
         ),
     ]

@@ -69,15 +69,23 @@ def test_twice_registered_and_unregistered(run_python):
     assert on == on_again == on_at_last
     assert off == off_again
     operators = [
+        "apply_edits",
+        "blend_with",
         "cancel_fit",
+        "copy_curve",
+        "copy_lobe",
         "export_parameters",
         "give_lamps_size",
         "import_measurement",
-        "load_preset",
+        "keep_energy",
+        "load_edits",
+        "paste_curve",
+        "paste_lobe",
         "refit",
         "replace_measurement",
+        "reset_edits",
         "reset_material",
-        "save_preset",
+        "save_edits",
         "set_up_render",
         "watch_fits",
     ]
@@ -92,6 +100,7 @@ def test_twice_registered_and_unregistered(run_python):
             "NFM_PG_lobe_sliders",
             "NFM_PG_material",
             "NFM_PG_plot",
+            "NFM_PT_edit",
             "NFM_PT_material",
             "NFM_PT_material_nodes",
         ]

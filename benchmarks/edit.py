@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seconds from an edit to new bytecode, and what the add-on does while other things change.
+
+A handle is moved, or a slider, and the shader brought up to date: as a draft, as while a person
+drags, and finished, as for a render. CPU seconds of this process, the median of several edits.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from statistics import median
+from types import ModuleType
+
+from runner.blender import load_extension
+
+from . import shared_data
+
+MATERIALS = ("silver-metallic-paint", "blue-rubber", "brass")
+LIMITS = {"native": 0.150, "exact": 0.400}
+N_OBJECTS = 500
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ./nfm bench edit."""
+    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--fits", metavar="DIR", type=Path, help="keeps fits, and uses them")
+    parser.add_argument("--edits", metavar="N", type=int, default=9)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print a line for each material and sampling; returns 1 if a limit is missed."""
+    shared_data.require_shared()
+    addon = f"{load_extension().__name__}.nfm_addon"
+    editing, material = (import_module(f"{addon}.{name}") for name in ("editing", "material"))
+    missed = 0
+    print(f"{'material':<24}{'sampling':<10}{'draft':>8}{'finished':>10}{'scale':>8}   ms CPU")
+    for name in arguments.materials.split(","):
+        fitted = shared_data.fitted_material(name, arguments.fits)
+        for sampling, limit in LIMITS.items():
+            owner = material.build(fitted, sampling.upper())
+            draft = _median(editing, owner, arguments.edits, _drag, draft=True)
+            finished = _median(editing, owner, arguments.edits, _drag)
+            scale = _median(editing, owner, arguments.edits, _gain)
+            print(
+                f"{name:<24}{sampling:<10}{1e3 * draft:8.0f}{1e3 * finished:10.0f}"
+                f"{1e3 * scale:8.1f}",
+                flush=True,
+            )
+            missed += draft > limit
+    ours, whole = _idle_seconds(import_module(f"{addon}.live"))
+    print(
+        f"\n{N_OBJECTS} other objects moving: {1e6 * ours:.0f} us of the add-on in an update of "
+        f"{1e3 * whole:.1f} ms"
+    )
+    print(
+        f"drafts: {missed} of them above {LIMITS}" if missed else "all drafts within their limits"
+    )
+    return 1 if missed else 0
+
+
+def _median(
+    editing: ModuleType, owner: object, count: int, edit: Callable, **options: bool
+) -> float:
+    """Median CPU seconds of `refresh` after an edit."""
+    seconds = []
+    for number in range(count):
+        edit(editing, owner, number)
+        start = time.process_time()
+        if not editing.refresh(owner, **options):
+            raise RuntimeError("an edit went unnoticed")
+        seconds.append(time.process_time() - start)
+    return median(seconds)
+
+
+def _drag(editing: ModuleType, owner: object, number: int) -> None:
+    mapping = editing.group_of(owner).nodes["Lobe 2 D"].mapping
+    mapping.curves[0].points[4].location[1] -= 0.01 * (-1) ** (number // 3)
+    mapping.update()
+
+
+def _gain(_editing: ModuleType, owner: object, number: int) -> None:
+    owner.nfm.edit.lobe_1.gain = 2 + number
+
+
+def _idle_seconds(live: ModuleType, updates: int = 50) -> tuple[float, float]:
+    """Seconds of our handler in an update that moves other objects, and of the whole update."""
+    import bpy
+
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    things = [bpy.data.objects.new(f"object {number}", None) for number in range(N_OBJECTS)]
+    for thing in things:
+        scene.collection.objects.link(thing)
+    handlers = bpy.app.handlers.depsgraph_update_post
+    inside = []
+
+    def timed(*arguments: object) -> None:
+        start = time.perf_counter()
+        live._on_update(*arguments)
+        inside.append(time.perf_counter() - start)
+
+    handlers.remove(live._on_update)
+    handlers.append(timed)
+    layer.update()
+    inside.clear()
+    start = time.perf_counter()
+    for step in range(updates):
+        for thing in things:
+            thing.location.x = step + 1
+        layer.update()
+    whole = time.perf_counter() - start
+    handlers.remove(timed)
+    handlers.append(live._on_update)
+    return sum(inside) / updates, whole / updates

@@ -1,0 +1,364 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From curves and sliders to the shader; without a window, and without waiting for one."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitter import parameter_file
+from fitter.blend import blend
+from fitter.edits import Edits, LobeSliders, Sliders, apply
+from fitter.parameter_file import FittedMaterial
+from tests.models import MODELS
+
+
+@pytest.fixture
+def editing(addon):
+    return addon("editing")
+
+
+@pytest.fixture
+def build(addon):
+    def make(name="plastic", sampling="REFERENCE"):
+        return addon("material").build(FittedMaterial(name, MODELS[name]), sampling)
+
+    return make
+
+
+@pytest.fixture
+def source(addon):
+    return lambda material: addon("material").find_script_node(material).script.as_string()
+
+
+@pytest.fixture
+def expected(addon):
+    """Source of the shader of a model."""
+    return lambda model, sampling="reference": (
+        addon("shader_source").new_surface(model, sampling).source
+    )
+
+
+def drag(material, editing, name="Lobe 2 D", index=4, by=-0.1):
+    """Move a handle, as a script does."""
+    mapping = editing.group_of(material).nodes[name].mapping
+    point = mapping.curves[0].points[index]
+    point.location = (point.location[0], point.location[1] + by)
+    mapping.update()
+
+
+# ---- nothing edited ----
+
+
+@pytest.mark.parametrize("sampling", ["NATIVE", "EXACT", "REFERENCE"])
+def test_untouched_material_keeps_its_shader(sampling, build, editing, source, expected):
+    material = build("metal", sampling)
+    before = source(material)
+    assert before == expected(MODELS["metal"], sampling.lower())
+    assert not editing.refresh(material)
+    # there and back again
+    drag(material, editing, by=-0.125)
+    assert editing.refresh(material)
+    assert source(material) != before
+    editing.reset_curves(material)
+    assert editing.refresh(material)
+    assert source(material) == before
+
+
+def test_an_edit_of_another_version_of_blender_is_none(build, editing, source):
+    """Heights may differ in the last digit; handles say that nothing was edited."""
+    material = build()
+    before = source(material)
+    drawn = json.loads(material.nfm.edit.drawn)
+    drawn["heights"]["Lobe 1 D"] = [value + 1e-7 for value in drawn["heights"]["Lobe 1 D"]]
+    material.nfm.edit.drawn = json.dumps(drawn)
+    editing.refresh(material)
+    assert source(material) == before
+
+
+# ---- curves ----
+
+
+def test_a_curve_bends_its_factor_alone(build, editing, source, expected, addon):
+    material = build()
+    drag(material, editing, "Lobe 2 D", by=-0.1)
+    editing.refresh(material)
+    model = editing.edited_model(material)
+    changed = model.ndf[1] != MODELS["plastic"].ndf[1]
+    assert 0 < changed.sum() < 90
+    np.testing.assert_array_equal(model.ndf[[0, 2]], MODELS["plastic"].ndf[[0, 2]])
+    np.testing.assert_array_equal(model.fresnel, MODELS["plastic"].fresnel)
+    assert source(material) == expected(model)
+
+
+@pytest.mark.parametrize("name", ["Lobe 1 G", "F"])
+def test_flat_zero_is_black(name, build, editing):
+    material = build("metal")
+    flat = ((0.0, 0.0, "VECTOR"), (1.0, 0.0, "VECTOR"))
+    addon_nodes = editing.curve_nodes
+    addon_nodes.write(editing.group_of(material), {name: flat})
+    editing.refresh(material)
+    model = editing.edited_model(material)
+    assert not (model.masking[0] if name == "Lobe 1 G" else model.fresnel).any()
+
+
+@pytest.mark.parametrize("sampling", ["NATIVE", "EXACT"])
+@pytest.mark.parametrize("seed", range(3))
+def test_any_curve_compiles(seed, sampling, build, editing):
+    """Spikes, walls, handles on top of each other and out of range."""
+    rng = np.random.default_rng(seed)
+    material = build("paint", sampling)
+    group = editing.group_of(material)
+    wild = {}
+    for name in editing.CURVES:
+        count = int(rng.integers(2, 30))
+        spots = rng.choice([0.0, 0.5, 0.5000001, 1.0, -3.0, 7.0], (count, 2))
+        spots += rng.choice([0, 1], (count, 1)) * rng.random((count, 2))
+        wild[name] = [(x, y, rng.choice(["AUTO", "VECTOR"])) for x, y in spots.tolist()]
+    for name in wild:
+        editing.curve_nodes.node_of(group, name).mapping.use_clip = False
+    editing.curve_nodes.write(group, wild)
+    assert editing.refresh(material)
+    assert np.isfinite(material.nfm.native_error)
+
+
+def test_removed_curve_counts_as_drawn(build, editing, source):
+    material = build()
+    before = source(material)
+    drag(material, editing, "Lobe 2 D")
+    editing.refresh(material)
+    group = editing.group_of(material)
+    group.nodes.remove(group.nodes["Lobe 2 D"])
+    editing.refresh(material)
+    assert source(material) == before
+    editing.reset_curves(material, ("Lobe 2 D",))
+    assert "Lobe 2 D" in group.nodes
+    editing.refresh(material)
+    assert source(material) == before
+
+
+# ---- sliders ----
+
+
+def test_sliders_make_the_model_that_the_fitter_makes(build, editing, source, expected):
+    material = build("metal")
+    edit = material.nfm.edit
+    edit.lobe_2.width, edit.lobe_3.haze, edit.edge_strength = 2.0, 0.25, 1.5
+    edit.specular_saturation = 0.5
+    editing.refresh(material)
+    lobes = (LobeSliders(), LobeSliders(width=2.0), LobeSliders(haze=0.25))
+    sliders = Sliders(lobes=lobes, edge_strength=1.5, specular_saturation=0.5)
+    assert source(material) == expected(apply(MODELS["metal"], Edits(sliders=sliders)))
+
+
+def test_scales_gains_and_diffuse_colors_write_no_shader(build, editing, addon, monkeypatch):
+    material = build("paint")
+    monkeypatch.setattr(addon("editing"), "new_surface", None)
+    group = editing.group_of(material)
+    node = addon("material").find_group_node(material)
+    node.inputs["Lobe 1 Scale"].default_value = (2, 1, 1, 1)
+    assert not editing.refresh(material)
+    material.nfm.edit.lobe_2.gain = 0.25
+    material.nfm.edit.diffuse_saturation = 0.0
+    assert editing.refresh(material)
+    assert tuple(group.nodes["Lobe 2 Gain"].inputs[1].default_value) == (0.25,) * 3
+    assert tuple(group.nodes["Diffuse Red"].inputs[1].default_value) == pytest.approx(
+        (0.2126, 0.7152, 0.0722)
+    )
+    assert not editing.refresh(material)
+
+
+def test_original_is_shown_and_edits_come_back(build, editing, source):
+    material = build()
+    original = source(material)
+    edit = material.nfm.edit
+    edit.lobe_1.width, edit.lobe_2.gain = 3.0, 0.5
+    drag(material, editing)
+    editing.refresh(material)
+    edited = source(material)
+    edit.show_original = True
+    editing.refresh(material)
+    assert source(material) == original
+    gain = editing.group_of(material).nodes["Lobe 2 Gain"].inputs[1].default_value
+    assert tuple(gain) == (1, 1, 1)
+    edit.show_original = False
+    editing.refresh(material)
+    assert source(material) == edited
+    assert gain[0] == 0.5
+
+
+# ---- drafts ----
+
+
+def test_draft_keeps_closures_and_is_finished_later(build, editing, source, expected):
+    material = build("metal", "NATIVE")
+    material.nfm.edit.lobe_1.width = 4.0
+    error = material.nfm.native_error
+    assert editing.refresh(material, draft=True)
+    draft = source(material)
+    assert material.nfm.native_error == error
+    assert editing.is_drafted(material)
+    assert not editing.refresh(material, draft=True)
+    assert editing.refresh(material)
+    finished = source(material)
+    assert finished == expected(editing.edited_model(material), "native") != draft
+    assert material.nfm.native_error != error
+    assert not editing.refresh(material)
+
+
+# ---- energy ----
+
+
+def test_energy_is_told_and_kept(build, editing):
+    material = build("metal")
+    assert editing.largest_albedo(material) < 1.01
+    edit = material.nfm.edit
+    edit.lobe_1.gain, edit.edge_strength = 5.0, 3.0
+    editing.refresh(material)
+    assert editing.largest_albedo(material) > 1.5
+    edit.keep_energy = True
+    editing.refresh(material)
+    assert editing.largest_albedo(material) < 1.01
+    # further edits stay within it
+    edit.lobe_2.gain = 20.0
+    assert editing.refresh(material)
+    assert editing.largest_albedo(material) < 1.01
+
+
+def test_energy_counts_what_is_typed_into_sockets(build, editing, addon):
+    material = build("matte")
+    inputs = addon("material").find_group_node(material).inputs
+    before = editing.largest_albedo(material)
+    inputs["Diffuse"].default_value = (2, 2, 2, 1)
+    assert editing.largest_albedo(material) > 2
+    inputs["Diffuse"].default_value = (0, 0, 0, 1)
+    assert editing.largest_albedo(material) < before
+
+
+# ---- blend ----
+
+
+@pytest.fixture
+def blended(build):
+    material = build("plastic")
+    edit = material.nfm.edit
+    other = FittedMaterial("metal", MODELS["metal"])
+    edit.blend_name, edit.blend_parameters = "metal", parameter_file.dumps(other)
+    return material
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_blend(share, blended, editing, source, expected):
+    blended.nfm.edit.blend = share
+    editing.refresh(blended)
+    model = blend(MODELS["plastic"], MODELS["metal"], blended.nfm.edit.blend)
+    found = editing.edited_model(blended)
+    for name in ("diffuse", "scale", "ndf", "masking", "fresnel"):
+        np.testing.assert_allclose(getattr(found, name), getattr(model, name), atol=1e-12)
+    if share in (0.0, 1.0):
+        assert source(blended) == expected(replace(model, diffuse=model.diffuse))
+    # the diffuse colour comes through the socket
+    group = editing.group_of(blended)
+    rows = [group.nodes[f"Diffuse {c}"].inputs[1].default_value for c in ("Red", "Green", "Blue")]
+    socket = np.pi * MODELS["plastic"].diffuse
+    offset = np.array(group.nodes["Diffuse Offset"].inputs[1].default_value)
+    shown = np.array([tuple(row) for row in rows]) @ socket + offset
+    np.testing.assert_allclose(shown, np.pi * model.diffuse, atol=1e-6)
+
+
+# ---- copies ----
+
+
+def test_copies_diverge_when_one_is_edited(blender, build, editing, source, addon):
+    one = build()
+    two = one.copy()
+    assert editing.group_of(two) == editing.group_of(one)
+    before = source(one)
+    two.nfm.edit.lobe_1.width = 2.0
+    editing.refresh(two)
+    assert editing.group_of(two) != editing.group_of(one)
+    assert source(one) == before
+    assert source(two) != before
+    scripts = [addon("material").find_script_node(item) for item in (one, two)]
+    assert scripts[0].script != scripts[1].script
+    assert scripts[0].bytecode != scripts[1].bytecode
+    assert not editing.refresh(one)
+    # the original may be edited too
+    drag(one, editing)
+    editing.refresh(one)
+    assert source(one) != before
+
+
+def test_sampling_of_a_copy_is_its_own(build, source):
+    one = build(sampling="REFERENCE")
+    two = one.copy()
+    before = source(one)
+    two.nfm.sampling = "COSINE"
+    assert source(one) == before
+    assert source(two) != before
+
+
+def test_a_copied_group_gets_a_text_of_its_own(build, editing, source):
+    one = build()
+    two = one.copy()
+    node = editing.find_group_node(two)
+    node.node_tree = node.node_tree.copy()  # as "Make single user" does
+    before = source(one)
+    two.nfm.edit.lobe_1.width = 2.0
+    editing.refresh(two)
+    assert source(one) == before != source(two)
+
+
+def test_renamed_things_are_found(build, editing, addon):
+    material = build()
+    script = addon("material").find_script_node(material)
+    material.name, script.script.name, script.id_data.name = "other", "text", "group"
+    material.nfm.edit.lobe_1.width = 2.0
+    assert editing.refresh(material)
+    assert not editing.refresh(material)
+
+
+def test_linked_material_is_refused_and_left(blender, build, editing, addon, tmp_path):
+    build()
+    path = tmp_path / "library.blend"
+    blender.data.materials["plastic"].use_fake_user = True
+    blender.ops.wm.save_as_mainfile(filepath=str(path))
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with blender.data.libraries.load(str(path), link=True) as (_, wanted):
+        wanted.materials = ["plastic"]
+    linked = blender.data.materials["plastic"]
+    assert not editing.has_own_nodes(linked)
+    with pytest.raises(addon("errors").ShaderError, match="from another file; make it local first"):
+        editing.own_group(linked)
+    assert addon("live").flush() == []
+
+
+def test_appended_material_can_be_edited(blender, build, editing, source, tmp_path):
+    before = source(build())
+    path = tmp_path / "library.blend"
+    blender.data.materials["plastic"].use_fake_user = True
+    blender.ops.wm.save_as_mainfile(filepath=str(path))
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with blender.data.libraries.load(str(path), link=False) as (_, wanted):
+        wanted.materials = ["plastic"]
+    material = blender.data.materials["plastic"]
+    assert not editing.refresh(material)
+    assert source(material) == before
+    material.nfm.edit.lobe_1.width = 2.0
+    assert editing.refresh(material)
+    assert source(material) != before
+
+
+def test_edits_are_saved_with_the_file(blender, build, editing, source, tmp_path):
+    material = build()
+    material.use_fake_user = True
+    drag(material, editing)
+    material.nfm.edit.lobe_1.width = 2.0
+    editing.refresh(material)
+    edited = source(material)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
+    material = blender.data.materials["plastic"]
+    assert not editing.refresh(material)
+    assert source(material) == edited
