@@ -43,6 +43,8 @@ def prepare(window):
     cube.select_set(True)
     space = window.area("PROPERTIES").spaces.active
     space.context = "MATERIAL"
+    with bpy.context.temp_override(window=window.window):
+        bpy.ops.ed.undo_push(message="Prepare")
     yield 0.5
 
 
@@ -101,7 +103,8 @@ def look_at_the_panel(window):
     for _ in range(30):
         window.event("WHEELDOWNMOUSE")
         yield 0.05
-    window.move(area.x + 5, area.y + 5)  # no tooltip
+    outliner = window.area("OUTLINER")
+    window.move(outliner.x + 9, outliner.y + 9)  # no tooltip over the panel
     yield from window.picture("panel")
     area.type = "VIEW_3D"
     yield 1.0
@@ -134,9 +137,10 @@ def undo_the_import(window):
 
     def undo():
         window.key("Z", ctrl=True)
-        return material() is None
+        return not bpy.data.materials.get("first")
 
     yield from window.until("the import is undone", undo, pause=3)
+    assert material() is None
     window.key("Z", ctrl=True, shift=True)
     yield from window.until("the import is redone", lambda: material() is not None)
     yield from window.until("with its fit", lambda: material().nfm.quality == "standard")
