@@ -16,10 +16,11 @@ from matplotlib.lines import Line2D
 
 from fitter.geometry import theta_d_centres, theta_h_centres
 from fitter.model import FactorModel
+from fitter.slices import INCIDENCE, THETA_O
 from fitter.sphere import display
 from fitter.splines import masking_nodes
 
-from .grading import INCIDENCE, THETA_O, Result
+from .grading import Result
 from .models import CONTENDERS, INDEPENDENT_G
 
 DPI = 110

@@ -22,8 +22,8 @@ import numpy as np
 from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
 from fitter.model import FactorModel
+from fitter.slices import INCIDENCE, THETA_O
 
-from . import grading
 from .grading import FACTORS, Grades, Result
 from .models import KEYS, Settings
 from .scenes import SceneSource
@@ -106,7 +106,7 @@ def _result(arrays: dict[str, np.ndarray]) -> Result:
         figures = about["grades"][key]
         grades[key] = Grades(**figures | {"rendered_psnr": tuple(figures["rendered_psnr"])})
     slices = arrays["slices"]
-    if slices.shape != (1 + len(KEYS), len(grading.INCIDENCE), len(grading.THETA_O), 3):
+    if slices.shape != (1 + len(KEYS), len(INCIDENCE), len(THETA_O), 3):
         raise ValueError("slices of another shape")
     n_scenes = len(grades[KEYS[0]].rendered_psnr)
     return Result(

@@ -16,6 +16,7 @@ import numpy as np
 
 from .base_lobes import BaseLobes
 from .geometry import normalized
+from .measurement import Measurement
 from .model import FactorModel
 from .quadrature import ViewQuadrature, view_quadrature
 from .sphere import rendered_psnr
@@ -57,7 +58,7 @@ def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) 
     """Compare under `light`: unit directions (n, 3), y up, to radiance (n, 3)."""
     pictures = np.empty((2, N_RINGS, N_AZIMUTHS, 3))
     difference = total = 0.0
-    for ring, (view, weighted_light) in enumerate(_scene(light or studio)):
+    for ring, (view, weighted_light) in enumerate(sphere_views(light or studio)):
         wo = np.broadcast_to(view.wo, view.wi.shape)
         cos_i = view.wi[:, 2:]
         diffuse = model.diffuse * cos_i
@@ -77,18 +78,39 @@ def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) 
     )
 
 
+def studio_psnr(model: FactorModel, measurement: Measurement) -> float:
+    """PSNR in dB, at most LARGEST_PSNR, of the same picture of a model against that of the data.
+
+    Bins without a measurement are left out of both.
+    """
+    pictures = np.empty((2, 1, N_RINGS, N_AZIMUTHS, 3))
+    for ring, (view, weighted_light) in enumerate(sphere_views(studio)):
+        wo = np.broadcast_to(view.wo, view.wi.shape)
+        cos_i = view.wi[:, 2:]
+        known = measurement.lookup_valid(view.wi, wo)[:, None]
+        for picture, f_r in zip(
+            pictures,
+            (model.f_r(view.wi, wo) * known, measurement.lookup(view.wi, wo)),
+            strict=True,
+        ):
+            picture[0, ring] = np.einsum("anc,nc->ac", weighted_light, f_r * cos_i)
+    fitted, measured = pictures.reshape(2, 1, -1, 3)
+    return min(float(rendered_psnr(fitted, measured)[0]), LARGEST_PSNR)
+
+
 def studio(directions: np.ndarray) -> np.ndarray:
     """Radiance (..., 3) of the built-in light."""
     up = directions[..., 1:2]
     sky = np.where(up > 0, 0.25 + 0.35 * up, 0.12) * np.array([0.9, 1.0, 1.1])
-    box = _disc(directions, (-0.6, 0.5, 0.6), degrees=22, softness=4)
-    lamp = _disc(directions, (0.5, 0.6, 0.7), degrees=4, softness=1)
+    box = disc(directions, (-0.6, 0.5, 0.6), degrees=22, softness=4)
+    lamp = disc(directions, (0.5, 0.6, 0.7), degrees=4, softness=1)
     return sky + 5 * box * np.array([1.0, 0.95, 0.9]) + 80 * lamp * np.array([1.0, 0.9, 0.75])
 
 
-def _disc(
+def disc(
     directions: np.ndarray, towards: tuple[float, float, float], degrees: float, softness: float
 ) -> np.ndarray:
+    """1 within a disc of a light, 0 outside, falling over twice the softness: (..., 1)."""
     angle = np.degrees(np.arccos(np.clip(directions @ normalized(np.array(towards)), -1, 1)))
     return np.clip((degrees + softness - angle) / (2 * softness), 0, 1)[..., None]
 
@@ -105,12 +127,12 @@ class Ring:
     frames: np.ndarray
 
 
-def sphere_rings() -> list[Ring]:
+def sphere_rings(n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS) -> list[Ring]:
     """The points of the picture, ring by ring; those of every other ring stand between."""
     rings = []
-    for ring in range(N_RINGS):
-        theta = float(np.arcsin(np.sqrt((ring + 0.5) / N_RINGS)))
-        azimuths = (np.arange(N_AZIMUTHS) + ring % 2 / 2) / N_AZIMUTHS * 2 * np.pi
+    for ring in range(n_rings):
+        theta = float(np.arcsin(np.sqrt((ring + 0.5) / n_rings)))
+        azimuths = (np.arange(n_azimuths) + ring % 2 / 2) / n_azimuths * 2 * np.pi
         frames = np.array([_frame(theta, azimuth) for azimuth in azimuths])
         rings.append(Ring(view_quadrature(theta, *POINTS), frames))
     return rings
@@ -125,10 +147,12 @@ def _frame(theta: float, azimuth: float) -> np.ndarray:
 
 
 @lru_cache(maxsize=2)
-def _scene(light: Light) -> list[tuple[ViewQuadrature, np.ndarray]]:
+def sphere_views(
+    light: Light, n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS
+) -> list[tuple[ViewQuadrature, np.ndarray]]:
     """For every ring its directions, and light times solid angle (azimuths, n, 3) at them."""
     scene = []
-    for ring in sphere_rings():
+    for ring in sphere_rings(n_rings, n_azimuths):
         # the quadrature holds half of the directions
         mirrored = ring.view.wi * [1, -1, 1]
         radiance = [(light(ring.view.wi @ f) + light(mirrored @ f)) / 2 for f in ring.frames]

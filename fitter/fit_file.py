@@ -20,6 +20,7 @@ from . import (
 from .anisotropic_measurement import AnisotropicMeasurement
 from .anisotropic_model import AnisotropicModel
 from .anisotropy import anisotropy
+from .base_error import studio_psnr
 from .errors import shown_name
 from .fit import FitStep
 from .measurement import Measurement
@@ -82,8 +83,12 @@ def fit_measurement(
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = DEFAULT_STRENGTH,
     on_step: OnStep | None = None,
+    graded: bool = True,
 ) -> FittedMaterial:
-    """Fit and grade; on_step sees every step of the fit and may raise to stop it."""
+    """Fit and grade; on_step sees every step of the fit and may raise to stop it.
+
+    graded : False leaves out the figures that take longer than a draft may
+    """
     anisotropic = isinstance(measurement, AnisotropicMeasurement)
     fit_steps = anisotropic_fit.fit_steps if anisotropic else fit.fit_steps
     iterations = 0
@@ -108,7 +113,7 @@ def fit_measurement(
             "bins_usable": measurement.report.usable,
             "bins_negative": measurement.report.negative,
             "bins_not_finite": measurement.report.non_finite,
-            **figures(result.model, measurement),
+            **(figures(result.model, measurement) if graded else {}),
         },
     )
 
@@ -118,6 +123,7 @@ def _isotropic_figures(
 ) -> dict[str, float | int | str]:
     report = measurement.report
     return {
+        "studio_psnr": studio_psnr(model, measurement),
         "mean_log_error": metrics.mean_log_error(metrics.tabulate(model), measurement),
         "largest_directional_albedo": tables.largest_directional_albedo(model),
         "bins_below_horizon": report.below_horizon,

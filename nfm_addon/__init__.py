@@ -8,7 +8,11 @@ register, unregister = register_submodule_factory(
     (
         "edit_properties",
         "properties",
+        "preferences",
+        "fitting",
+        "completion",
         "operators",
+        "plot_icons",
         "panel",
         "edit_panel",
         "live",

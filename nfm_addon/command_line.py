@@ -22,7 +22,7 @@ from ..fitter.fit_file import material_from_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..fitter.progress import Progress
-from . import demo_light, images, material
+from . import demo_light, images, material, script_node
 from .evaluate import evaluate_through_osl
 from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 from .rendering import check_output, render_to_file
@@ -156,6 +156,7 @@ def _fitted(path: str | Path, quality: str) -> FittedMaterial:
 
 
 def _render(new: bpy.types.Material, view: SphereView, output: Path) -> None:
+    script_node.require_osl()
     scene = build_scene(new, view)
     with Progress(sys.stderr, "render") as progress:
         render_to_file(scene, output, lambda share: progress.update(share, "rendering"))

@@ -28,7 +28,7 @@ from ..fitter.edit_document import EditDocument, Handles
 from ..fitter.edits import Edits, Sliders
 from ..fitter.limits import within_energy
 from ..fitter.model import FactorModel
-from . import curve_nodes, live_nodes, script_node
+from . import curve_nodes, live_nodes, script_node, stand_in
 from .edit_properties import set_sliders, sliders_of
 from .errors import ShaderError
 from .node_group import LOBE_SOCKETS, SCRIPT_NODE, find_group_node, find_script_node
@@ -164,6 +164,9 @@ def refresh(
         surface = _surface(owner, state, group, draft)
         script_node.fill(group.nodes[SCRIPT_NODE], f"{owner.name}.osl", surface.source)
         _remember(owner, group, surface, digest + (_DRAFT if draft else ""))
+        if not draft:
+            values = stand_in.put(group, _model(state, curve_nodes.heights(group)))
+            stand_in.show_in_workbench(owner, values)
         changed = True
     else:
         changed = False
@@ -409,6 +412,7 @@ def _remember(
         figures = surface.error.figures()
         owner.nfm.native_error = figures["native_error"]
         owner.nfm.native_psnr = figures["native_psnr"]
+        owner.nfm.native_share = max(1 - figures["native_directional_error"], 0.0)
     owner.nfm.edit.albedo = json.dumps(np.round(surface.albedo, 5).tolist())
     owner.update_tag()  # or undo would not take back what was written here
     if surface.closures:

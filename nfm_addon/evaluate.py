@@ -36,6 +36,7 @@ def evaluate_through_osl(model: Factors, wi: np.ndarray, wo: np.ndarray) -> np.n
     ShaderError
         This Blender has no OSL.
     """
+    script_node.require_osl()
     parts = [
         _evaluate_chunk(model, wi[first : first + CHUNK], wo[first : first + CHUNK])
         for first in range(0, len(wi), CHUNK)

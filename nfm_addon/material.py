@@ -10,11 +10,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import bpy
+import numpy as np
 
 from ..fitter import parameter_file
+from ..fitter.errors import NfmError, printable
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import editing, node_group, script_node
+from . import editing, node_group, script_node, stand_in
 from .editing import fitted_material
 from .errors import ShaderError
 from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
@@ -22,7 +24,28 @@ from .node_trees import empty_tree
 from .properties import DEFAULT_SAMPLING
 from .shader_source import available_sampling, new_surface
 
-__all__ = ("build", "change_sampling", "find_group_node", "find_script_node", "fitted_material")
+__all__ = (
+    "build",
+    "change_sampling",
+    "complete",
+    "find_group_node",
+    "find_script_node",
+    "fitted_material",
+    "needs_compiling",
+    "remove",
+    "replace_model",
+)
+
+CYCLES_OUTPUT, EEVEE_OUTPUT = "Cycles Output", "EEVEE Output"
+
+# Figures of a fit that material.nfm has under the same name.
+FIGURES = (
+    "objective",
+    "iterations",
+    "mean_log_error",
+    "largest_directional_albedo",
+    "studio_psnr",
+)
 
 INT_MAX = 2**31 - 1  # of Blender's properties
 
@@ -50,8 +73,10 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
         if text:
             bpy.data.texts.remove(text)
         raise
-    node_group.link(group)
+    values = node_group.add_inner_nodes(group, fitted.model)
     material = _new_material(fitted, group, sampling)
+    stand_in.show_in_workbench(material, values)
+    show_in_cycles(material)
     editing.draw_curves(material, fitted.edits and fitted.edits.drawn)
     editing.adopt(material, surface)
     if fitted.edits:
@@ -76,8 +101,88 @@ def change_sampling(material: bpy.types.Material) -> None:
         material.nfm.sampling = sampling.upper()  # comes back here
         return
     editing.refresh(material)
-    candidates = generate.DEFAULT_CANDIDATES[sampling]
-    find_script_node(material).inputs["Candidates"].default_value = candidates
+    candidates = find_script_node(material).inputs.get("Candidates")  # without OSL there is none
+    if candidates:
+        default = generate.DEFAULT_CANDIDATES[sampling]
+        candidates.default_value = default
+
+
+def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
+    """Give a material another model; scales, sliders and links stay, curves are drawn anew.
+
+    Diffuse takes the colour of the new model where it still has that of the old one.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As editing.refresh; the material is then as it was.
+    NfmError
+        One of the models is anisotropic: their nodes differ.
+    """
+    node = find_group_node(material)
+    before = fitted_material(material)
+    if fitted.model.kind != before.model.kind:
+        raise NfmError(
+            f"{printable(fitted.name)} is {fitted.model.kind} and material {material.name!r} "
+            f"{before.model.kind}; import it as a new material"
+        )
+    socket = node.inputs["Diffuse"]
+    follows = np.allclose(socket.default_value[:3], np.pi * before.model.diffuse, atol=1e-6)
+    _store(material, fitted)
+    try:
+        editing.draw_curves(material)
+        editing.refresh(material)
+    except NfmError:
+        _store(material, before)
+        editing.draw_curves(material)
+        raise
+    color = (*(np.pi * fitted.model.diffuse), 1.0)
+    node.node_tree.interface.items_tree["Diffuse"].default_value = color
+    if follows:
+        socket.default_value = color
+
+
+def complete(material: bpy.types.Material) -> None:
+    """Compile a material that was made where there was no OSL.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As editing.refresh.
+    """
+    group = editing.group_of(material)
+    group.nfm.applied = ""
+    editing.refresh(material)
+    node_group.link(group)
+    show_in_cycles(material)
+
+
+def needs_compiling(material: bpy.types.Material) -> bool:
+    """Whether a material of ours was made where there was no OSL, and never compiled since."""
+    try:
+        return not find_script_node(material).bytecode
+    except ShaderError:
+        return False
+
+
+def show_in_cycles(material: bpy.types.Material) -> None:
+    """Connect what Cycles renders: the Script node, or the stand-in where there is no OSL."""
+    output = material.node_tree.nodes.get(CYCLES_OUTPUT)
+    if output:
+        shown = stand_in.OUTPUT if needs_compiling(material) else "BSDF"
+        source = find_group_node(material).outputs[shown]
+        material.node_tree.links.new(source, output.inputs["Surface"])
+
+
+def remove(material: bpy.types.Material) -> None:
+    """Remove a material with its node group and Text, unless others use them."""
+    group = find_group_node(material).node_tree
+    text = group.nodes[SCRIPT_NODE].script
+    bpy.data.materials.remove(material)
+    if group.users == 0:
+        bpy.data.node_groups.remove(group)
+        if text and text.users == 0:
+            bpy.data.texts.remove(text)
 
 
 def _new_material(
@@ -89,22 +194,34 @@ def _new_material(
     node.node_tree = group
     node.name = node.label = GROUP_NAME
     node.width = 200
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (320, 0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    for row, (target, name) in enumerate((("CYCLES", CYCLES_OUTPUT), ("EEVEE", EEVEE_OUTPUT))):
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+        output.name = output.label = name
+        output.target = target
+        output.location = (320, -160 * row)
+    tree.links.new(node.outputs[stand_in.OUTPUT], output.inputs["Surface"])
 
-    settings = material.nfm
     # before `parameters`: without them its update callback leaves the new shader alone
-    settings.sampling = sampling
+    material.nfm.sampling = sampling
+    _store(material, fitted)
+    return material
+
+
+def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
+    """Keep the model and its figures in material.nfm."""
+    settings = material.nfm
     settings.parameters = parameter_file.dumps(replace(fitted, edits=None))
     settings.model = parameter_file.MODEL
+    settings.numbers = fitted.model.n_parameters
     if fitted.source:
         settings.source = fitted.source.file_name
         settings.source_format = fitted.source.format
-    for name in ("objective", "iterations", "mean_log_error", "largest_directional_albedo"):
+    settings.quality = str(fitted.fit.get("quality", ""))
+    for name in FIGURES:
         value = fitted.fit.get(name)
         if isinstance(value, (int, float)):
             if name == "iterations":  # a file may say anything
                 value = max(-INT_MAX, min(int(value), INT_MAX))
             setattr(settings, name, value)
-    return material
+        else:
+            settings.property_unset(name)

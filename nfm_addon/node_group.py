@@ -3,6 +3,7 @@
 
 Diffuse, Lobe 1-3 Scale -> sliders -> Script node -> BSDF        curves: not linked
 Normal, Tangent, Rotation -----------^
+                                   stand_in.py -> Stand-in
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..fitter.factors import Factors
-from . import live_nodes
+from . import live_nodes, stand_in
 from .errors import ShaderError
 
 GROUP_NAME = "NFM BRDF"
@@ -59,12 +60,20 @@ def _add_frame_sockets(interface: bpy.types.NodeTreeInterface) -> None:
     rotation.description = "Turns the material counter-clockwise about the normal, degrees"
 
 
+def add_inner_nodes(group: bpy.types.ShaderNodeTree, model: Factors) -> stand_in.StandIn:
+    """Add sliders, stand-in and, if it is compiled, the connections of the Script node."""
+    live_nodes.add(group)
+    link(group)
+    return stand_in.put(group, model)
+
+
 def link(group: bpy.types.ShaderNodeTree) -> None:
     """Connect the Script node, whose sockets exist only once it is compiled."""
     nodes = {node.bl_idname: node for node in group.nodes}
     entry, exit_ = nodes["NodeGroupInput"], nodes["NodeGroupOutput"]
     script = group.nodes[SCRIPT_NODE]
-    live_nodes.add(group)
+    if not script.bytecode:
+        return
     live_nodes.link_diffuse(group, entry.outputs["Diffuse"], script.inputs["Diffuse"])
     for lobe, name in enumerate(LOBE_SOCKETS):
         live_nodes.link_scale(group, lobe, entry.outputs[name], script.inputs[name])

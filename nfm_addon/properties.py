@@ -8,7 +8,14 @@ so a material can be edited where its measured file is not at hand.
 from __future__ import annotations
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolVectorProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 from bpy.utils import register_classes_factory
 
 from ..fitter.errors import NfmError
@@ -48,6 +55,21 @@ SAMPLING_ITEMS = (
 
 DEFAULT_SAMPLING = "NATIVE"
 
+AUTOMATIC = "AUTO"
+
+# Names are those of fitter.utia.ENCODINGS.
+ENCODING_ITEMS = (
+    (AUTOMATIC, "Automatic", "As files of this format usually are"),
+    ("linear", "Linear", "Radiometric values, as the UTIA database publishes them"),
+    ("srgb-140", "sRGB, 140", "Values encoded for display with 140 as white, as in older files"),
+)
+
+QUALITY_ITEMS = (
+    ("DRAFT", "Draft", "A first look, in about 2 seconds"),
+    ("STANDARD", "Standard", "For most uses, in less than 10 seconds"),
+    ("BEST", "Best", "More starts and steps, in less than 40 seconds; seldom looks different"),
+)
+
 
 def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
     from . import material
@@ -61,6 +83,19 @@ def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) ->
         print(f"nfm: {error}")  # noqa: T201
 
 
+def _lobes_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
+    from . import lobes, material
+
+    if not settings.parameters:
+        return
+    try:
+        group = material.find_group_node(settings.id_data).node_tree
+    except NfmError as error:
+        print(f"nfm: {error}")  # noqa: T201
+        return
+    lobes.show(group, lobes.audible(settings.mute, settings.solo))
+
+
 class NFM_PG_material(bpy.types.PropertyGroup):
     """The type of material.nfm."""
 
@@ -72,8 +107,27 @@ class NFM_PG_material(bpy.types.PropertyGroup):
     source: StringProperty(
         name="Source", description="Name of the measured file, without its folder"
     )
+    source_path: StringProperty(
+        name="Source Path",
+        description="Where the measured file was when it was imported, to fit it again",
+        subtype="FILE_PATH",
+    )
+    slices: StringProperty(
+        name="Slices",
+        description="Values of the measurement in the plane of incidence, to compare with",
+        options={"HIDDEN"},
+    )
+    token: StringProperty(
+        name="Token",
+        description="Says which import of this session the material comes from",
+        options={"HIDDEN"},
+    )
+    quality: StringProperty(
+        name="Quality", description="How long the fit took its time: draft, standard or best"
+    )
     source_format: StringProperty(name="Format", description="Format of the measured file")
     model: StringProperty(name="Model", description="Kind of factor model, such as shared3")
+    numbers: IntProperty(name="Numbers", description="How many numbers the model has")
     objective: FloatProperty(
         name="Objective",
         description="Weighted squared error of the fit relative to the data (Peng et al. 2017, "
@@ -92,16 +146,41 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         "channels; above 1 the material creates light",
         precision=4,
     )
+    studio_psnr: FloatProperty(
+        name="PSNR",
+        description="Similarity of a picture of the fit and one of the measurement, on a sphere in "
+        "a studio: dB, as displayed; from 45 on hardly anyone sees a difference",
+        precision=1,
+    )
     native_error: FloatProperty(
         name="Native Error",
         description="Error of a picture in native sampling: sum of |difference| to the model's own "
         "over the sum, on a sphere in a studio",
         precision=4,
     )
+    native_share: FloatProperty(
+        name="Native Share",
+        description="Share of the specular light that the native lobes reflect in the right "
+        "directions",
+        subtype="FACTOR",
+        precision=3,
+    )
     native_psnr: FloatProperty(
         name="Native PSNR",
         description="The same picture's PSNR against the model's own, dB, as displayed",
         precision=1,
+    )
+    mute: BoolVectorProperty(
+        name="Mute",
+        description="Leave this lobe out; its scale is kept",
+        size=3,
+        update=_lobes_changed,
+    )
+    solo: BoolVectorProperty(
+        name="Solo",
+        description="Show this lobe and the diffuse part only, and others on solo",
+        size=3,
+        update=_lobes_changed,
     )
     sampling: EnumProperty(
         name="Sampling",

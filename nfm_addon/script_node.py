@@ -15,17 +15,43 @@ import bpy
 from .errors import ShaderError
 
 
-def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> None:
+def has_osl() -> bool:
+    """Whether this Blender was built with Open Shading Language."""
+    import _cycles
+
+    return _cycles.with_osl
+
+
+def require_osl() -> None:
+    """For what makes no sense without.
+
+    Raises
+    ------
+    ShaderError
+        This Blender was built without Open Shading Language.
+    """
+    if not has_osl():
+        raise ShaderError(
+            "this Blender was built without Open Shading Language and cannot render measured "
+            "materials; use a build from blender.org"
+        )
+
+
+def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
     """Put OSL source into the node's Text (made if it has none of its own) and compile it.
 
     Sockets that the new source still has keep their values and links. If it does not compile, the
     node keeps its bytecode and a Text that it had keeps its source.
 
+    Returns
+    -------
+    bool
+        False in a Blender without OSL: the node then has the source and no bytecode.
+
     Raises
     ------
     ShaderError
-        This Blender has no OSL, or the source does not compile; the messages of the compiler are
-        on the console.
+        The source does not compile; the messages of the compiler are on the console.
     """
     text = node.script
     if text and text.users - text.use_fake_user > 1:  # a copied group still has the same Text
@@ -38,22 +64,19 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> None:
     node.mode = "INTERNAL"
     if node.script != text:
         node.script = text
+    if not has_osl():
+        node.bytecode = node.bytecode_hash = ""
+        return False
     try:
         _compile(node)
     except ShaderError:
         if previous is not None:
             text.from_string(previous)
         raise
+    return True
 
 
 def _compile(node: bpy.types.ShaderNodeScript) -> None:
-    import _cycles
-
-    if not _cycles.with_osl:
-        raise ShaderError(
-            "this Blender was built without Open Shading Language and cannot render measured "
-            "materials; use a build from blender.org"
-        )
     import oslquery
     from cycles import osl
 

@@ -50,6 +50,7 @@ VERBS = {
         _module("runner.checks"),
         extras=("report",),
     ),
+    "ui-test": Verb("try the add-on in a real window", _module("runner.ui_test")),
     "python": Verb("run the environment's interpreter", ()),
 }
 

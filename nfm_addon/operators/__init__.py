@@ -8,10 +8,16 @@ register, unregister = register_submodule_factory(
     (
         "apply_edits",
         "blend_with",
+        "cancel_fit",
         "copy_edits",
         "edit_presets",
+        "export_parameters",
         "give_lamps_size",
         "import_measurement",
+        "refit",
         "reset_edits",
+        "reset_material",
+        "set_up_render",
+        "watch_fits",
     ),
 )

@@ -14,7 +14,8 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from ...fitter import parameter_file
 from ...fitter.errors import ParameterFileError, shown_name
 from .. import editing
-from .measured_material import EditOperator
+from ..preferences import library_folder
+from .measured_material import EditOperator, active_material
 
 
 class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
@@ -33,6 +34,12 @@ class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
         description="The file to write", subtype="FILE_PATH", options={"SKIP_SAVE"}
     )
     filter_glob: StringProperty(default="*.nfm.json", options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if not self.filepath:
+            name = bpy.path.clean_name(active_material(context).name)
+            self.filepath = str(library_folder(context) / f"{name}{parameter_file.SUFFIX}")
+        return ExportHelper.invoke(self, context, event)
 
     def change(self, _context: bpy.types.Context, material: bpy.types.Material) -> str:
         path = bpy.path.abspath(self.filepath)
@@ -53,6 +60,11 @@ class NFM_OT_load_edits(EditOperator, bpy.types.Operator, ImportHelper):
         description="The preset to read", subtype="FILE_PATH", options={"SKIP_SAVE"}
     )
     filter_glob: StringProperty(default="*.nfm.json", options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if not self.filepath:
+            self.filepath = f"{library_folder(context)}/"
+        return ImportHelper.invoke(self, context, event)
 
     def change(self, _context: bpy.types.Context, material: bpy.types.Material) -> None:
         path = bpy.path.abspath(self.filepath)

@@ -1,24 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Import a measured BRDF: fit it and put the material on the active object."""
+"""Import measured BRDFs: fit them outside the interface and put the materials on objects."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
-from ...fitter.fit_file import material_from_file
+from ...fitter.fit_file import is_parameter_file, material_from_file
 from ...fitter.quality import DEFAULT_QUALITY
-from .. import material
-from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
-
-QUALITY_ITEMS = (
-    ("DRAFT", "Draft", "A first look, in about 2 seconds"),
-    ("STANDARD", "Standard", "For most uses, in less than 10 seconds"),
-    ("BEST", "Best", "More starts and steps, in less than 40 seconds; seldom looks different"),
+from .. import drop
+from ..assignment import targets_of
+from ..fitting import landing
+from ..fitting.queue import FitResult, Job, queue
+from ..formats import DROPPED_SUFFIXES, FILE_FILTER, SUFFIXES
+from ..preferences import preferences_of
+from ..properties import (
+    AUTOMATIC,
+    DEFAULT_SAMPLING,
+    ENCODING_ITEMS,
+    QUALITY_ITEMS,
+    SAMPLING_ITEMS,
 )
 
 
@@ -28,76 +35,137 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     bl_idname = "nfm.import_measurement"
     bl_label = "Import Measured BRDF"
     bl_description = (
-        "Fit a measured BRDF (MERL .binary) or load a fitted one (.nfm.json) and put the material "
-        "on the active object"
+        "Fit measured BRDFs or load fitted ones (.nfm.json), and put the material on the selected "
+        "objects. The format is recognised by the content. Fits run beside the interface; Esc "
+        "cancels them"
     )
-    bl_options = {"REGISTER", "UNDO"}
+    # no UNDO: the step is made when the material is, see fitting/landing.py
+    bl_options = {"REGISTER", "PRESET"}
 
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: StringProperty(default="*.binary;*.nfm.json", options={"HIDDEN"})
-    sampling: EnumProperty(
-        name="Sampling",
-        description="How Cycles samples the material",
-        items=SAMPLING_ITEMS,
-        default=DEFAULT_SAMPLING,
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(
+        type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}
     )
+    filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
     quality: EnumProperty(
         name="Quality",
         description="How long the fit of a measured file may take",
         items=QUALITY_ITEMS,
         default=DEFAULT_QUALITY.upper(),
     )
+    sampling: EnumProperty(
+        name="Sampling",
+        description="How Cycles samples the material; can be changed later",
+        items=SAMPLING_ITEMS,
+        default=DEFAULT_SAMPLING,
+    )
+    encoding: EnumProperty(
+        name="Encoding",
+        description="How the numbers of a UTIA file (.bin, .exr) are taken; other formats have no "
+        "choice",
+        items=ENCODING_ITEMS,
+        default=AUTOMATIC,
+    )
+    assign: BoolProperty(
+        name="Assign to Selection",
+        description="Put the material on the selected objects, or the active one where none is "
+        "selected; of several files the first. Others are kept with a fake user",
+        default=True,
+    )
+    as_asset: BoolProperty(
+        name="Mark as Asset",
+        description="Show the material in the asset browser, with a picture and tags",
+        default=False,
+    )
+    wait: BoolProperty(
+        name="Wait",
+        description="Return when the fit is finished, as a script wants it; always so in the "
+        "background",
+        default=False,
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    _targets: list[int] | None = None
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if not self.properties.is_property_set("quality"):
+            self.quality = preferences_of(context).quality
+        if not self.files:
+            return ImportHelper.invoke(self, context, event)
+        if under_mouse := drop.object_under_mouse(context, event):
+            self._targets = [under_mouse.session_uid]
+        return self.execute(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
+        targets = self._targets or targets_of(context) if self.assign else []
+        waits = self.wait or bpy.app.background
+        done = 0
+        for number, path in enumerate(self._paths()):
+            place = landing.NewMaterial(
+                path, self.sampling, [] if number else targets, self.as_asset
+            )
+            # loading parameters takes no time worth a queue
+            if waits or is_parameter_file(path):
+                done += self._land(context, place)
+            else:
+                queue.add(Job(path, self.quality.lower(), place, self._encoding()))
+                done += 1
+        if queue.jobs and not waits:
+            bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
+        return {"FINISHED"} if done else {"CANCELLED"}
+
+    def _paths(self) -> list[str]:
+        if self.files and self.directory:
+            folder = Path(bpy.path.abspath(self.directory))
+            return [str(folder / item.name) for item in self.files]
+        return [bpy.path.abspath(self.filepath)]
+
+    def _encoding(self) -> str | None:
+        return None if self.encoding == AUTOMATIC else self.encoding
+
+    def _land(self, context: bpy.types.Context, place: landing.NewMaterial) -> bool:
+        """Fit or load at once; whether that went well."""
         progress = context.window_manager
         progress.progress_begin(0, 1)
         try:
             fitted = material_from_file(
-                bpy.path.abspath(self.filepath),
+                place.path,
+                encoding=self._encoding(),
                 quality=self.quality.lower(),
                 on_step=lambda step: progress.progress_update(step.progress),
             )
-            new = material.build(fitted, self.sampling)
+            message = place.final(FitResult(fitted))
         except NfmError as error:
             self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return False
         finally:
             progress.progress_end()
-        target = context.active_object
-        if assign(target, new):
-            message = rpt_("{:s} is on {:s}").format(new.name, target.name)
-            if self.sampling == "NATIVE":
-                error = rpt_("; error of native sampling {:.2f} %")
-                message += error.format(100 * new.nfm.native_error)
-            self.report({"INFO"}, message)
-        else:
-            # without a user it would vanish when the file is saved
-            new.use_fake_user = True
-            message = rpt_("{:s}: no active object takes materials; find it in the material list")
-            self.report({"WARNING"}, message.format(new.name))
-        return {"FINISHED"}
-
-
-def assign(target: bpy.types.Object | None, new: bpy.types.Material) -> bool:
-    """Put a material into the active slot of an object, or a new slot; False if it takes none."""
-    if target is None or not target.is_editable or not hasattr(target.data, "materials"):
-        return False
-    if not target.material_slots:
-        if not target.data.is_editable:
-            return False
-        target.data.materials.append(new)
+        self.report({"INFO" if place.is_assigned or not self.assign else "WARNING"}, message)
         return True
-    if not target.data.is_editable:
-        target.material_slots[target.active_material_index].link = "OBJECT"
-    target.active_material = new
-    return True
+
+
+class NFM_FH_measured_brdf(bpy.types.FileHandler):
+    """Files dropped onto the 3D viewport or a shader editor."""
+
+    bl_idname = "NFM_FH_measured_brdf"
+    bl_label = "Measured BRDF"
+    bl_import_operator = NFM_OT_import_measurement.bl_idname
+    bl_file_extensions = DROPPED_SUFFIXES
+
+    @classmethod
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
+        return drop.takes_drops(context)
 
 
 def _menu_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(NFM_OT_import_measurement.bl_idname, text="Measured BRDF (.binary)")
+    text = rpt_("Measured BRDF ({:s})").format(", ".join(SUFFIXES))
+    menu.layout.operator(NFM_OT_import_measurement.bl_idname, text=text, translate=False)
 
 
-_register_classes, _unregister_classes = register_classes_factory((NFM_OT_import_measurement,))
+_register_classes, _unregister_classes = register_classes_factory(
+    (NFM_OT_import_measurement, NFM_FH_measured_brdf)
+)
 
 
 def register() -> None:

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.grading import INCIDENCE, THETA_O, Grades, Result
+from compare.grading import Grades, Result
 from compare.models import INDEPENDENT_G, KEYS, OURS
+from fitter.slices import INCIDENCE, THETA_O
 from tests.models import MODELS
 
 

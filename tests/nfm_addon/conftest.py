@@ -81,6 +81,19 @@ def all_names(blender):
 
 
 @pytest.fixture
+def undo_steps(addon, blender, monkeypatch):
+    """Have the add-on make undo steps, as in a window; their names so far."""
+    names = []
+
+    def push(message):
+        names.append(message)
+        blender.ops.ed.undo_push(message=message)
+
+    monkeypatch.setattr(addon("undo"), "push", push)
+    return names
+
+
+@pytest.fixture
 def sphere_scene(addon, monkeypatch):
     """The standard sphere, small and coarse: most of its time is the mesh."""
 

@@ -7,7 +7,7 @@ import tempfile
 import numpy as np
 import pytest
 
-from fitter import merl, parameter_file, synthetic
+from fitter import merl, parameter_file, synthetic, utia
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
 
@@ -72,7 +72,7 @@ def test_active_camera_is_left_alone(blender, import_file, parameter_path, capfd
     activate(blender, camera)
     assert import_file(parameter_path) == {"FINISHED"}
     assert blender.data.materials["blue plastic"].use_fake_user
-    assert "no active object takes materials" in capfd.readouterr().out
+    assert "no selected object takes materials" in capfd.readouterr().out
 
 
 def test_no_active_object(blender, import_file, parameter_path, capfd):
@@ -80,7 +80,7 @@ def test_no_active_object(blender, import_file, parameter_path, capfd):
     assert import_file(parameter_path) == {"FINISHED"}
     material = blender.data.materials["blue plastic"]
     assert material.use_fake_user
-    assert "Warning: blue plastic: no active object takes" in capfd.readouterr().out
+    assert "Warning: blue plastic is in the material list" in capfd.readouterr().out
 
 
 def test_material_on_an_object_needs_no_fake_user(
@@ -130,6 +130,63 @@ def test_linked_object_cannot_take_it(
     assert blender.data.materials["blue plastic"].use_fake_user
 
 
+def test_selected_objects_get_it_and_the_active_one_only_if_none_is(
+    blender, import_file, parameter_path, mesh_object, slots
+):
+    items = [mesh_object() for _ in range(3)]
+    for item in items[:2]:
+        item.select_set(True)
+    import_file(parameter_path)
+    assert [slots(item) for item in items] == [["blue plastic"], ["blue plastic"], []]
+
+
+def test_assigns_nothing_if_asked(blender, import_file, parameter_path, mesh_object, slots):
+    item = mesh_object(slots=1)
+    import_file(parameter_path, assign=False)
+    assert slots(item) == ["old 0"]
+    assert blender.data.materials["blue plastic"].use_fake_user
+
+
+def test_several_files_at_once(blender, import_file, fitted, mesh_object, slots, tmp_path):
+    for name in ("a", "b"):
+        path = tmp_path / f"{name}.nfm.json"
+        parameter_file.save(path, FittedMaterial(name, fitted.model))
+    item = mesh_object()
+    files = [{"name": "a.nfm.json"}, {"name": "b.nfm.json"}]
+    assert import_file("", directory=str(tmp_path), files=files) == {"FINISHED"}
+    assert slots(item) == ["a"]
+    assert blender.data.materials["b"].use_fake_user
+
+
+def test_one_bad_file_of_several_does_not_stop_the_others(
+    blender, import_file, parameter_path, mesh_object, slots
+):
+    item = mesh_object()
+    files = [{"name": "none.nfm.json"}, {"name": parameter_path.name}]
+    with pytest.raises(RuntimeError, match=r"none\.nfm\.json: no such file"):
+        import_file("", directory=str(parameter_path.parent), files=files)
+    assert "blue plastic" in blender.data.materials
+    assert slots(item) == []
+
+
+def test_marked_as_asset_with_tags_and_a_picture(import_file, parameter_path, mesh_object):
+    item = mesh_object()
+    import_file(parameter_path, as_asset=True)
+    material = item.active_material
+    assert [tag.name for tag in material.asset_data.tags] == ["measured", "merl"]
+    assert material.asset_data.description == "Measured BRDF: blue.binary"
+    pixels = np.array(material.preview.image_pixels_float).reshape(128, 128, 4)
+    assert pixels[64, 64, 3] == 1
+    assert pixels[0, 0, 3] == 0
+    assert pixels[..., 2].sum() > pixels[..., 0].sum() > 0
+
+
+def test_no_asset_by_default(import_file, parameter_path, mesh_object):
+    item = mesh_object()
+    import_file(parameter_path)
+    assert item.active_material.asset_data is None
+
+
 # ---- the fit ----
 
 
@@ -141,7 +198,7 @@ def test_quality_reaches_the_fit(
 ):
     seen = []
 
-    def fit(path, *, quality, on_step):
+    def fit(path, *, encoding, quality, on_step):
         seen.append(quality)
         return fitted
 
@@ -151,8 +208,14 @@ def test_quality_reaches_the_fit(
     assert seen == [expected]
 
 
+def test_every_encoding_of_the_fitter_is_offered(addon):
+    properties = addon("properties")
+    names = [identifier for identifier, *_ in properties.ENCODING_ITEMS]
+    assert names == [properties.AUTOMATIC, *utia.ENCODINGS]
+
+
 def test_every_quality_of_the_fitter_is_offered(addon):
-    items = addon("operators.import_measurement").QUALITY_ITEMS
+    items = addon("properties").QUALITY_ITEMS
     assert [identifier.lower() for identifier, *_ in items] == list(QUALITIES)
 
 
@@ -374,9 +437,9 @@ def test_shader_that_does_not_compile_leaves_nothing(
 
 # ---- undo ----
 #
-# In the background Blender keeps no undo steps until ed.undo_push is called for the first time.
-# From then on undo and redo work as in a window (4.5 and 5.2 alike). An operator called from
-# Python makes a step of its own only if the call says so: bpy.ops.x.y('EXEC_DEFAULT', True, ...).
+# In the background Blender keeps no undo steps until ed.undo_push is called for the first time, and
+# the add-on makes none. Where the fixture `undo_steps` has it make them, undo and redo work as in a
+# window (4.5 and 5.2 alike).
 
 
 def test_undo_and_redo_around_an_import(
@@ -396,11 +459,20 @@ def test_undo_and_redo_around_an_import(
 
 
 def test_import_is_one_undo_step(
-    blender, addon, parameter_path, mesh_object, slots, render, sphere_scene
+    blender,
+    addon,
+    import_file,
+    parameter_path,
+    mesh_object,
+    slots,
+    render,
+    sphere_scene,
+    undo_steps,
 ):
     mesh_object()
     blender.ops.ed.undo_push(message="before")
-    blender.ops.nfm.import_measurement("EXEC_DEFAULT", True, filepath=str(parameter_path))
+    import_file(parameter_path)
+    assert undo_steps == ["Import Measured BRDF"]
     assert blender.ops.ed.undo() == {"FINISHED"}
     assert slots(blender.data.objects["Thing"]) == []
     assert "blue plastic" not in blender.data.materials
@@ -413,14 +485,15 @@ def test_import_is_one_undo_step(
     assert addon("material").find_script_node(material).inputs["Candidates"].is_linked is False
 
 
-def test_refused_file_is_no_undo_step(blender, addon, mesh_object, slots, tmp_path):
+def test_refused_file_is_no_undo_step(
+    blender, import_file, mesh_object, slots, tmp_path, undo_steps
+):
     item = mesh_object()
     blender.ops.ed.undo_push(message="before")
     item.data.materials.append(None)
     blender.ops.ed.undo_push(message="a slot")
     with pytest.raises(RuntimeError, match="no such file"):
-        blender.ops.nfm.import_measurement(
-            "EXEC_DEFAULT", True, filepath=str(tmp_path / "none.binary")
-        )
+        import_file(tmp_path / "none.binary")
+    assert undo_steps == []
     blender.ops.ed.undo()
     assert slots(blender.data.objects["Thing"]) == []

@@ -60,7 +60,10 @@ def test_sockets_of_the_group(build, fitted):
         ("Lobe 3 Scale", "RGBA"),
         ("Normal", "VECTOR"),
     ]
-    assert [(socket.name, socket.type) for socket in node.outputs] == [("BSDF", "SHADER")]
+    assert [(socket.name, socket.type) for socket in node.outputs] == [
+        ("BSDF", "SHADER"),
+        ("Stand-in", "SHADER"),
+    ]
     diffuse, *lobes, normal = node.inputs
     np.testing.assert_allclose(diffuse.default_value[:3], np.pi * fitted.model.diffuse, rtol=1e-6)
     assert diffuse.default_value[3] == 1
@@ -93,11 +96,16 @@ def test_script_node_inside_the_group(build, script_of):
     assert script.bytecode
 
 
-def test_surface_is_the_group(build):
+def test_every_engine_has_an_output_of_its_own(build):
     material = build()
-    output = next(node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
-    assert output.inputs["Surface"].links[0].from_node == group_node(material)
-    assert len(material.node_tree.nodes) == 2
+    tree = material.node_tree
+    outputs = {target: tree.get_output_node(target) for target in ("CYCLES", "EEVEE")}
+    sockets = {t: out.inputs["Surface"].links[0].from_socket for t, out in outputs.items()}
+    assert {target: socket.name for target, socket in sockets.items()} == {
+        "CYCLES": "BSDF",
+        "EEVEE": "Stand-in",
+    }
+    assert {socket.node for socket in sockets.values()} == {group_node(material)}
 
 
 @pytest.mark.parametrize("name", HOSTILE_NAMES, ids=ascii)
@@ -130,14 +138,38 @@ def test_failed_compilation_leaves_nothing(addon, build, errors, all_names, monk
     assert list(tmp_path.iterdir()) == []
 
 
-def test_blender_without_osl_says_so(build, errors, all_names, monkeypatch):
+def shown_in_cycles(material):
+    return material.node_tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_socket.name
+
+
+def test_without_osl_there_is_the_stand_in_until_there_is(
+    build, script_of, addon, monkeypatch, blender, tmp_path
+):
+    import _cycles
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_cycles, "with_osl", False)
+        material = build()
+        assert script_of(material).bytecode == ""
+        assert shown_in_cycles(material) == "Stand-in"
+        material.nfm.sampling = "EXACT"
+        path = str(tmp_path / "made.blend")
+        material.use_fake_user = True
+        blender.ops.wm.save_as_mainfile(filepath=path)
+    blender.ops.wm.open_mainfile(filepath=path)
+    (material,) = blender.data.materials
+    assert script_of(material).bytecode
+    assert script_of(material).outputs["BSDF"].is_linked
+    assert shown_in_cycles(material) == "BSDF"
+    assert "candidate" in script_of(material).script.as_string()
+
+
+def test_what_needs_osl_says_so(addon, errors, monkeypatch):
     import _cycles
 
     monkeypatch.setattr(_cycles, "with_osl", False)
-    before = all_names()
     with pytest.raises(errors.ShaderError, match="built without Open Shading Language"):
-        build()
-    assert all_names() == before
+        addon("evaluate").evaluate_through_osl(MODELS["matte"], np.zeros((0, 3)), np.zeros((0, 3)))
 
 
 def test_find_script_node_in_a_material_without_nodes(blender, script_of, errors):
@@ -272,15 +304,14 @@ def test_writing_the_shader_anew_keeps_candidates(addon, build, script_of):
     assert script_of(material).inputs["Candidates"].default_value == 7
 
 
-def test_failed_change_of_sampling_leaves_candidates(build, script_of, monkeypatch, capfd):
-    import _cycles
-
+def test_failed_change_of_sampling_leaves_candidates(addon, build, script_of, monkeypatch, capfd):
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
-    monkeypatch.setattr(_cycles, "with_osl", False)
+    surface = addon("shader_source").Surface(BROKEN_SHADER, None)
+    monkeypatch.setattr(addon("editing"), "new_surface", lambda *_, **__: surface)
     material.nfm.sampling = "REFERENCE"
     assert script_of(material).inputs["Candidates"].default_value == 7
-    assert "nfm: this Blender was built without" in capfd.readouterr().out
+    assert "nfm: Cycles could not compile" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("sampling", ["NATIVE", "SMOOTH", "EXACT"])

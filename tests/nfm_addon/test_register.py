@@ -23,7 +23,7 @@ def state():
         "types": sorted(
             cls.__name__
             for base in (bpy.types.Operator, bpy.types.PropertyGroup, bpy.types.Panel,
-                         bpy.types.Menu, bpy.types.AddonPreferences)
+                         bpy.types.Menu, bpy.types.AddonPreferences, bpy.types.FileHandler)
             for cls in base.__subclasses__()
             if cls.__module__.startswith(name) and cls.is_registered
         ),
@@ -68,47 +68,62 @@ def test_twice_registered_and_unregistered(run_python):
     on, off, on_again, off_again, on_at_last = json.loads(line)
     assert on == on_again == on_at_last
     assert off == off_again
-    assert on["types"] == [
-        "NFM_OT_apply_edits",
-        "NFM_OT_blend_with",
-        "NFM_OT_copy_curve",
-        "NFM_OT_copy_lobe",
-        "NFM_OT_give_lamps_size",
-        "NFM_OT_import_measurement",
-        "NFM_OT_keep_energy",
-        "NFM_OT_load_edits",
-        "NFM_OT_paste_curve",
-        "NFM_OT_paste_lobe",
-        "NFM_OT_reset_edits",
-        "NFM_OT_save_edits",
-        "NFM_PG_edit",
-        "NFM_PG_group",
-        "NFM_PG_lobe_sliders",
-        "NFM_PG_material",
-        "NFM_PT_edit",
-        "NFM_PT_material",
+    operators = [
+        "apply_edits",
+        "blend_with",
+        "cancel_fit",
+        "copy_curve",
+        "copy_lobe",
+        "export_parameters",
+        "give_lamps_size",
+        "import_measurement",
+        "keep_energy",
+        "load_edits",
+        "paste_curve",
+        "paste_lobe",
+        "refit",
+        "replace_measurement",
+        "reset_edits",
+        "reset_material",
+        "save_edits",
+        "set_up_render",
+        "watch_fits",
     ]
-    assert [f"NFM_OT_{name}" for name in on["operators"]] == [
-        name for name in on["types"] if name.startswith("NFM_OT_")
-    ]
+    assert on["operators"] == operators
+    assert on["types"] == sorted(
+        [
+            *(f"NFM_OT_{name}" for name in operators),
+            "NFM_AP_preferences",
+            "NFM_FH_measured_brdf",
+            "NFM_PG_edit",
+            "NFM_PG_group",
+            "NFM_PG_lobe_sliders",
+            "NFM_PG_material",
+            "NFM_PG_plot",
+            "NFM_PT_edit",
+            "NFM_PT_material",
+            "NFM_PT_material_nodes",
+        ]
+    )
     assert on["property"] is True
     assert len(on["menu"]) == 1
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
-    ours = {name: on["handlers"][name] - off["handlers"][name] for name in on["handlers"]}
-    assert {name for name, count in ours.items() if count} == {
-        "depsgraph_update_post",
-        "undo_post",
-        "redo_post",
-        "load_post",
-        "render_init",
-        "render_complete",
-        "render_cancel",
-        "frame_change_post",
+    # of the queue, the landings, completion and the live update of edits
+    added = {name: n - off["handlers"][name] for name, n in on["handlers"].items()}
+    assert {name: n for name, n in added.items() if n} == {
+        "depsgraph_update_post": 1,
+        "frame_change_post": 1,
+        "load_post": 2,
+        "load_pre": 2,
+        "redo_post": 2,
+        "render_cancel": 1,
+        "render_complete": 1,
+        "render_init": 1,
+        "undo_post": 2,
     }
-    assert max(ours.values()) == 1
     assert off["path"] == on["path"]
-    assert off["draw functions"] == on["draw functions"] - 1
+    assert off["draw functions"] == on["draw functions"] - 2
 
 
 def test_root_imports_no_blender(run_python):

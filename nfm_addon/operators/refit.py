@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fit the active material again, or give it the model of another file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.utils import register_classes_factory
+from bpy_extras.io_utils import ImportHelper
+
+from ...fitter.errors import NfmError
+from ...fitter.fit_file import is_parameter_file, material_from_file
+from ...fitter.quality import DEFAULT_QUALITY
+from ..fitting.landing import ExistingMaterial
+from ..fitting.queue import FitResult, Job, queue
+from ..formats import FILE_FILTER
+from ..properties import QUALITY_ITEMS
+from .measured_material import EditOperator, active_material
+
+
+class _Fits(EditOperator):
+    """What both operators share: the options, and putting a file's model into a material."""
+
+    quality: EnumProperty(
+        name="Quality",
+        description="How long the fit may take",
+        items=QUALITY_ITEMS,
+        default=DEFAULT_QUALITY.upper(),
+    )
+    wait: BoolProperty(
+        name="Wait",
+        description="Return when the fit is finished; always so in the background",
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    def _put_model_of(self, path: str, context: bpy.types.Context) -> set[str]:
+        item = active_material(context)
+        place = ExistingMaterial(item.session_uid, path, self.bl_label)
+        if not (self.wait or bpy.app.background or is_parameter_file(path)):
+            queue.add(Job(path, self.quality.lower(), place))
+            bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
+            return {"FINISHED"}
+        try:
+            fitted = material_from_file(path, quality=self.quality.lower())
+            self.report({"INFO"}, place.final(FitResult(fitted)))
+        except NfmError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class NFM_OT_refit(_Fits, bpy.types.Operator):
+    """bpy.ops.nfm.refit(quality='BEST')."""
+
+    bl_idname = "nfm.refit"
+    bl_label = "Refit"
+    bl_description = (
+        "Fit the material's measured file again, with another quality. Scales and links stay"
+    )
+    bl_options = {"REGISTER"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        path = bpy.path.abspath(active_material(context).nfm.source_path)
+        if not Path(path).is_file() or is_parameter_file(path):
+            self.report({"INFO"}, rpt_("Where is the measured file?"))
+            return bpy.ops.nfm.replace_measurement("INVOKE_DEFAULT", quality=self.quality)
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        path = active_material(context).nfm.source_path
+        if not path:
+            self.report({"ERROR"}, rpt_("Where the measured file is, is not known; use Replace"))
+            return {"CANCELLED"}
+        return self._put_model_of(bpy.path.abspath(path), context)
+
+
+class NFM_OT_replace_measurement(_Fits, bpy.types.Operator, ImportHelper):
+    """bpy.ops.nfm.replace_measurement(filepath=...)."""
+
+    bl_idname = "nfm.replace_measurement"
+    bl_label = "Replace"
+    bl_description = (
+        "Give this material the model of another file, measured or fitted. Its name, users, scales "
+        "and links stay"
+    )
+    bl_options = {"REGISTER"}
+
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return self._put_model_of(bpy.path.abspath(self.filepath), context)
+
+
+register, unregister = register_classes_factory((NFM_OT_refit, NFM_OT_replace_measurement))

@@ -1,0 +1,182 @@
+"""./nfm ui-test: the built extension in a real window of a full Blender, with mouse and keyboard.
+
+A Blender is given with --blender PATH and runs on the present display or, where there is none, on a
+virtual one (Xvfb). Without it, the window kept by the tool beside the checkout serves, if it is
+there. tests/window/session.py is what happens in the window.
+"""
+
+import argparse
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+from .blender import use_scratch_settings
+from .environment import CHECKOUT
+from .messages import SetupError, say
+
+WINDOW_TOOL = CHECKOUT.parent / "shared" / "tools" / "blender_window.sh"
+WINDOW_ROOT = Path(os.environ.get("NFM_WINDOW_ROOT", "/var/tmp/window"))
+
+SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
+FRESH_SETTINGS = """import bpy
+view = bpy.context.preferences.view
+view.show_splash, view.filebrowser_display_type, view.use_save_prompt = False, "SCREEN", False
+"""
+SECONDS = 600
+FAILED = 1
+
+
+class Launcher(Protocol):
+    """Runs Blender; both folders are seen by it under the paths in `project`."""
+
+    project: str
+
+    def run(self, *arguments: str) -> int:
+        """Exit status of Blender with these arguments."""
+
+
+class Executable:
+    """A Blender of this machine."""
+
+    def __init__(self, blender: Path, project: Path) -> None:
+        self._blender, self.project = blender, str(project)
+        self._user = project / "user"
+        self._user.mkdir()
+
+    def run(self, *arguments: str) -> int:
+        """Run it with settings of its own."""
+        variables = os.environ | {"BLENDER_USER_RESOURCES": str(self._user)}
+        with _display(needed="--command" not in arguments) as display:
+            return subprocess.run(
+                [self._blender, *arguments], env=variables | display, timeout=SECONDS
+            ).returncode
+
+
+class WindowTool:
+    """The Blender that the tool beside the checkout keeps in a root of its own."""
+
+    project = "/project"
+
+    def __init__(self, project: Path) -> None:
+        self._folder, self._user = project, project / "user"
+
+    def run(self, *arguments: str) -> int:
+        """Run it; the tool brings the display."""
+        options = ["--project", self._folder, "--user-dir", self._user]
+        options += ["--size", "1600x1000", "--time-limit", SECONDS]
+        return subprocess.run(
+            [*map(str, [WINDOW_TOOL, "run", WINDOW_ROOT, *options, "--"]), *arguments]
+        ).returncode
+
+
+@contextlib.contextmanager
+def _display(needed: bool) -> Iterator[dict[str, str]]:
+    """Variables with a display: the present one, or a virtual one for as long as this lasts."""
+    if not needed or os.environ.get("DISPLAY") or sys.platform != "linux":
+        yield {}
+        return
+    if not shutil.which("Xvfb"):
+        raise SetupError("there is no display, and no Xvfb to make one (apt-get install xvfb)")
+    reader, writer = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1600x1000x24", "-noreset"],
+        pass_fds=[writer],
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        os.close(writer)
+        with os.fdopen(reader) as answer:
+            number = answer.readline().strip()
+        if not number:
+            raise SetupError("Xvfb did not start")
+        yield {"DISPLAY": f":{number}", "LIBGL_ALWAYS_SOFTWARE": "1"}
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def main(arguments: list[str]) -> int:
+    """Build, install, run the session; the exit status."""
+    options = _parse(arguments)
+    start = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="nfm-ui-") as folder:
+        project = Path(folder)
+        try:
+            status = _run(options.blender, project)
+        except (SetupError, subprocess.TimeoutExpired) as error:
+            say(str(error))
+            status = FAILED
+        if options.pictures:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            for picture in project.glob("*.png"):
+                shutil.copy(picture, options.pictures)
+    say(f"{'failed' if status else 'passed'} after {time.monotonic() - start:.0f} s")
+    return status
+
+
+def _parse(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="nfm ui-test", description=__doc__)
+    parser.add_argument("--blender", type=Path, metavar="PATH", help="a full Blender, 4.5 or later")
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="keep the screenshots here")
+    return parser.parse_args(arguments)
+
+
+def _run(blender: Path | None, project: Path) -> int:
+    package = build_package(project)
+    _write_samples(project)
+    for name in ("driver.py", "session.py"):
+        shutil.copy(CHECKOUT / "tests" / "window" / name, project)
+    launcher = _launcher(blender, project)
+    inside = launcher.project
+    say("installing the extension")
+    install = ("extension", "install-file", "-r", "user_default", "-e", f"{inside}/{package.name}")
+    if status := launcher.run("--command", *install):
+        return status
+    say("a session in the window")
+    return launcher.run(
+        *("--enable-event-simulate", "--python-expr", FRESH_SETTINGS),
+        *("--python", f"{inside}/session.py", "--", inside),
+    )
+
+
+def build_package(folder: Path) -> Path:
+    """The extension's zip, built in a folder by Blender's own tool."""
+    use_scratch_settings()
+    import bpy
+
+    scripts = Path(bpy.utils.resource_path("LOCAL"), "scripts")
+    tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+    command = [sys.executable, tool, "build", "--source-dir", CHECKOUT, "--output-dir", folder]
+    answer = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    packages = list(folder.glob("*.zip"))
+    if answer.returncode or not packages:
+        raise SetupError(f"the extension could not be built:\n{answer.stdout}{answer.stderr}")
+    return packages[0]
+
+
+def _write_samples(folder: Path) -> None:
+    from fitter import synthetic
+
+    for name, sample in SAMPLES.items():
+        synthetic.write_sample(folder / name, sample)
+
+
+def _launcher(blender: Path | None, project: Path) -> Launcher:
+    if blender:
+        if not os.access(blender, os.X_OK):
+            raise SetupError(f"{blender} is not a program that can be run")
+        return Executable(blender.resolve(), project)
+    if not WINDOW_TOOL.exists():
+        raise SetupError("give a full Blender with --blender PATH")
+    return WindowTool(project)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
