@@ -12,6 +12,7 @@ from fitter.base_error import base_error
 from fitter.base_lobes import fit_base_lobes
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
+from tests.models import ANISOTROPIC_MODELS
 
 
 @pytest.fixture
@@ -426,3 +427,13 @@ def test_refused_file_is_no_undo_step(blender, addon, mesh_object, slots, tmp_pa
         )
     blender.ops.ed.undo()
     assert slots(blender.data.objects["Thing"]) == []
+
+
+def test_anisotropic_material_says_that_it_cannot_be_rendered(import_file, blender, tmp_path):
+    path = tmp_path / "brushed.nfm.json"
+    parameter_file.save(path, FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"]))
+    with pytest.raises(RuntimeError, match=r"anisotropic materials .* not rendered yet"):
+        import_file(path)
+    assert not blender.data.materials
+    assert not blender.data.node_groups
+    assert not blender.data.texts
