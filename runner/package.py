@@ -30,6 +30,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="nfm build", description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output-dir", type=Path, default=Path(), metavar="FOLDER")
     folder = parser.parse_args(arguments).output_dir
+    folder.mkdir(parents=True, exist_ok=True)  # the tool does not make it
     try:
         wheels = [*downloaded_wheels(environment.folder().parent / "wheels")]
         with tempfile.TemporaryDirectory(prefix="nfm-build-") as scratch:

@@ -50,9 +50,10 @@ def test_the_copy_has_a_manifest_with_the_wheels(downloads, tmp_path):
 
 
 def test_blender_builds_it(downloads, extension, tmp_path, capfd):
-    assert package.main(["-o", str(tmp_path)]) == 0
+    output = tmp_path / "new" / "folder"
+    assert package.main(["-o", str(output)]) == 0
     assert "error" not in capfd.readouterr().out.lower()
-    (built,) = tmp_path.glob("*.zip")
+    (built,) = output.glob("*.zip")
     with zipfile.ZipFile(built) as archive:
         names = archive.namelist()
     assert sum(name.startswith("wheels/") for name in names) == len(downloads)
