@@ -10,6 +10,7 @@ import pytest
 from fitter import merl, parameter_file, synthetic, utia
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
+from tests.models import ANISOTROPIC_MODELS
 
 
 @pytest.fixture
