@@ -6,8 +6,10 @@ Everything in them is our own: synthetic samples, fitted, under a synthetic stud
 
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -17,33 +19,86 @@ sys.path.insert(0, str(CHECKOUT))
 from runner.blender import load_extension  # noqa: E402
 
 SAMPLES = ("copper-paint", "glossy-plastic", "velvet")
+EDITED = "copper-paint"
 RESOLUTION = 320
+SAMPLES_PER_PIXEL = 1024
+IMAGES = CHECKOUT / "docs" / "images"
+
+Load = Callable[[str], ModuleType]
+
+
+class Studio:
+    """Fitted samples, and pictures of materials on the standard sphere."""
+
+    def __init__(self, load: Load, folder: Path) -> None:
+        self.load, self._folder = load, folder
+        self._images = load("nfm_addon.images")
+        self._environment = folder / "studio.exr"
+        self._images.write_linear(self._environment, load("nfm_addon.demo_light").studio())
+
+    def material(self, sample: str) -> object:
+        """A new material of a synthetic sample."""
+        measured = self._folder / f"{sample}.binary"
+        self.load("fitter.synthetic").write_sample(measured, sample)
+        fitted = self.load("fitter.fit_file").material_from_file(measured)
+        return self.load("nfm_addon.material").build(fitted)
+
+    def picture(self, material: object) -> np.ndarray:
+        """Linear pixels (h, w, 3)."""
+        sphere = self.load("nfm_addon.standard_sphere")
+        view = sphere.SphereView(
+            resolution=RESOLUTION, samples=SAMPLES_PER_PIXEL, environment=self._environment
+        )
+        path = self._folder / "picture.exr"
+        self.load("nfm_addon.rendering").render_to_file(sphere.build_scene(material, view), path)
+        return self._images.read_linear(path)
+
+    def write(self, name: str, rows: list[list[np.ndarray]]) -> None:
+        """Write pictures in rows."""
+        IMAGES.mkdir(exist_ok=True)
+        pixels = np.concatenate([np.concatenate(row, axis=1) for row in rows])
+        self._images.write_picture(IMAGES / name, pixels)
 
 
 def main() -> None:
-    """Three fitted samples on the standard sphere, side by side."""
+    """Write every picture."""
     root = load_extension().__name__
-
-    def load(name: str) -> object:
-        return import_module(f"{root}.{name}")
-
-    images, sphere = load("nfm_addon.images"), load("nfm_addon.standard_sphere")
-    rendering, material = load("nfm_addon.rendering"), load("nfm_addon.material")
-    pictures = []
     with tempfile.TemporaryDirectory(prefix="nfm-") as folder:
-        environment, picture = Path(folder, "studio.exr"), Path(folder, "picture.exr")
-        images.write_linear(environment, load("nfm_addon.demo_light").studio())
-        for name in SAMPLES:
-            measured = Path(folder, f"{name}.binary")
-            load("fitter.synthetic").write_sample(measured, name)
-            fitted = load("fitter.fit_file").material_from_file(measured)
-            view = sphere.SphereView(resolution=RESOLUTION, samples=1024, environment=environment)
-            scene = sphere.build_scene(material.build(fitted), view)
-            rendering.render_to_file(scene, picture)
-            pictures.append(images.read_linear(picture))
-    path = CHECKOUT / "docs" / "images" / "standard_sphere.png"
-    path.parent.mkdir(exist_ok=True)
-    images.write_picture(path, np.concatenate(pictures, axis=1))
+        studio = Studio(lambda name: import_module(f"{root}.{name}"), Path(folder))
+        samples = [studio.picture(studio.material(name)) for name in SAMPLES]
+        studio.write("standard_sphere.png", [samples])
+        edits = [studio.picture(material) for material in edited_materials(studio)]
+        studio.write("edits.png", [edits[:3], edits[3:]])
 
 
-main()
+def edited_materials(studio: Studio) -> Iterator[object]:
+    """One material as measured, then under five edits, each alone."""
+    editing = studio.load("nfm_addon.editing")
+    material = studio.material(EDITED)
+    velvet = editing.fitted_material(studio.material("velvet"))
+    edit = material.nfm.edit
+    yield material
+    edit.lobe_1.width = 4.0
+    yield material
+    editing.set_sliders(edit, editing.Sliders())
+    edit.lobe_1.haze = 0.8
+    yield material
+    editing.set_sliders(edit, editing.Sliders())
+    edit.edge_tint, edit.edge_strength = (0.15, 0.4, 1.0), 5.0
+    yield material
+    editing.set_sliders(edit, editing.Sliders())
+    # the wide highlight cut off by hand
+    handles = [(0.0, 1.0, "AUTO"), (0.4, 0.97, "AUTO"), (0.45, 0.3, "AUTO"), (1.0, 0.0, "AUTO")]
+    editing.curve_nodes.write(
+        editing.group_of(material), {"Lobe 2 D": handles, "Lobe 3 D": handles}
+    )
+    yield material
+    editing.reset_curves(material)
+    edit.blend_name = "velvet"
+    edit.blend_parameters = studio.load("fitter.parameter_file").dumps(velvet)
+    edit.blend = 0.6
+    yield material
+
+
+if __name__ == "__main__":
+    main()

@@ -176,8 +176,10 @@ def fit_steps(
     yield from run.stage("refine", refined, work.refine_steps, strength)
     albedo = make_albedo(measurement)
     steps = joint.refine(problem, run.model, strength, albedo)
-    matched = until_converged(steps, work.albedo_steps)
-    yield from run.stage("albedo", matched, work.albedo_steps, strength, albedo)
+    spare = max(work.refine_steps - run.n_steps, 0)
+    run.done -= spare
+    n_steps = work.albedo_steps + spare
+    yield from run.stage("albedo", until_converged(steps, n_steps), n_steps, strength, albedo)
     if work.polish_steps:
         problem = make_problem(measurement, weight=weight, n_angles=work.polish_angles)
         strength = felt_strength(prior_strength, problem, run.model)
@@ -196,6 +198,7 @@ class _Run:
     model: FactorModel
     done: int
     total: int
+    n_steps: int = 0
 
     def stage(
         self,
@@ -205,7 +208,7 @@ class _Run:
         strength: float,
         albedo: AlbedoError | None = None,
     ) -> Iterator[FitStep]:
-        """Pass on the steps (model, objective) of a stage and keep the last model.
+        """Pass on the steps (model, objective) of a stage; keep the last model and their number.
 
         budget : work of the stage if it does not end early
         """
@@ -215,6 +218,7 @@ class _Run:
             progress = min((self.done + unit * i) / self.total, 1)
             albedo_error = albedo.value(model) if albedo else 0.0
             yield FitStep(name, objective, model, progress, strength, albedo_error)
+            self.n_steps = i + 1
         self.done += budget
 
 

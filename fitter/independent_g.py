@@ -99,13 +99,15 @@ def fit(
     ]
     model = _best_of_each_channel(coarse, explored)
     objective = coarse.objective_of(model)
+    spare = work.refine_steps
     for _ in range(work.refine_steps // shared.REFINE_JOINT_STEPS):
+        spare -= shared.REFINE_JOINT_STEPS
         model = improve(coarse, model, 1, shared.REFINE_JOINT_STEPS)
         before, objective = objective, coarse.objective_of(model)
         if before - objective <= shared.CONVERGED * before:
             break
     albedo = AlbedoError.of(measurement)
-    model = improve(coarse, model, 0, work.albedo_steps, albedo)
+    model = improve(coarse, model, 0, work.albedo_steps + spare, albedo)
     if work.polish_steps:
         fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
         model = improve(fine, model, 0, work.polish_steps, albedo)

@@ -12,7 +12,7 @@ from .geometry import merl_bins
 from .measurement import Measurement
 from .model import FactorModel
 from .splines import masking_nodes
-from .tables import directional_albedo, lobe_albedo
+from .tables import lobe_albedo
 
 # An albedo up to this between the view angles looked at does not exceed 1 in between.
 SAFE_ALBEDO = 0.97
@@ -52,17 +52,20 @@ def limits(table: np.ndarray, measurement: Measurement) -> Limits:
     )
 
 
-def within_energy(model: FactorModel) -> FactorModel:
+def within_energy(model: FactorModel, **quadrature: int) -> FactorModel:
     """The model, or one that reflects no more than all light at any view angle.
 
     Where the albedo exceeds 1, which happens only near grazing and where there is hardly data, the
     lobes get what the diffuse part leaves: every G is lowered at the view angles concerned. That
     lowers the albedo elsewhere too, so one pass is enough.
+
+    quadrature : of lobe_albedo
     """
     looked_at = np.append(np.arange(0, 88, 4.0), 89.0)
-    if directional_albedo(model, np.radians(looked_at)).max() <= SAFE_ALBEDO:
+    albedo = lobe_albedo(model, np.radians(looked_at), **quadrature).sum(1)
+    if (albedo + np.pi * model.diffuse).max() <= SAFE_ALBEDO:
         return model
-    lobes = lobe_albedo(model, masking_nodes()[:-1]).sum(1)
+    lobes = lobe_albedo(model, masking_nodes()[:-1], **quadrature).sum(1)
     room = np.maximum(MOST_ALBEDO - np.pi * model.diffuse, 0)
     share = np.minimum(room / np.maximum(lobes, np.finfo(float).tiny), 1).min(1)
     masking = model.masking * np.append(share, share[-1])

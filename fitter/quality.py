@@ -26,7 +26,8 @@ class Quality(Work):
     """Work of an isotropic fit, which aggregates its samples; see Work and `problem`.
 
     coarse_phi_group, coarse_angles : resolution of all stages but the last
-    albedo_steps : joint steps after the refinement that see the directional albedo as well
+    albedo_steps : joint steps after the refinement that see the directional albedo as well, and
+        those that the refinement has not needed
     polish_steps : joint steps on all samples and the albedo
     polish_angles : angle bins of the polish
     """

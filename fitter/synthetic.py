@@ -24,7 +24,7 @@ from functools import cached_property
 
 import numpy as np
 
-from . import merl
+from . import anisotropic_metrics, merl, utia
 from .errors import NfmError
 from .geometry import (
     N_PHI_D,
@@ -32,6 +32,7 @@ from .geometry import (
     N_THETA_H,
     directions_from_rusinkiewicz,
     merl_bins,
+    normalized,
     phi_d_centres,
     theta_d_centres,
     theta_h_centres,
@@ -201,6 +202,82 @@ class AnalyticBrdf:
         return value
 
 
+@dataclass(frozen=True)
+class AnisotropicGgxLobe:
+    """As GgxLobe, with a roughness along the tangent and one across it (Heitz 2014).
+
+    alpha_x, alpha_y : roughness of the distribution, above 0 up to 1
+    f0 : reflectance of a facet seen head-on, [0, 1] per channel
+    rotation : of the tangent about the normal, degrees, counter-clockwise
+    weight : factor of the whole lobe, at least 0
+    """
+
+    alpha_x: float
+    alpha_y: float
+    f0: Color
+    rotation: float = 0.0
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        _check_alpha(self.alpha_x)
+        _check_alpha(self.alpha_y)
+        _check_color("f0", self.f0)
+
+    def f_r(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """Value (n, 3), 1/sr, for unit directions (n, 3) above the horizon."""
+        angle = np.radians(self.rotation)
+        cos, sin = np.cos(angle), np.sin(angle)
+        to_tangent = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+        wi, wo = wi @ to_tangent, wo @ to_tangent
+        h = normalized(wi + wo)
+        alphas = np.array([self.alpha_x, self.alpha_y, 1.0])
+        ndf = 1 / (np.pi * self.alpha_x * self.alpha_y * ((h / alphas) ** 2).sum(1) ** 2)
+        # G1(w) / (2 cos) = 1 / (cos + |(alpha_x x, alpha_y y, cos)|)
+        masking = 1.0
+        for w in (wi, wo):
+            masking = masking / (w[:, 2] + np.linalg.norm(w * alphas, axis=1))
+        f0 = np.array(self.f0)
+        cos_d = np.clip((wi * h).sum(1), 0, 1)
+        fresnel = f0 + (1 - f0) * ((1 - cos_d) ** 5)[:, None]
+        return fresnel * (self.weight * ndf * masking)[:, None]
+
+
+@dataclass(frozen=True)
+class AnisotropicBrdf:
+    """A Lambert term and lobes that depend on the tangent; reciprocal.
+
+    diffuse : albedo of the Lambert term, [0, 1] per channel
+    lobes : added to it
+    """
+
+    diffuse: Color
+    lobes: tuple[AnisotropicGgxLobe, ...]
+
+    def f_r(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """BRDF (n, 3), 1/sr, for unit directions wi, wo (n, 3); 0 below the horizon."""
+        above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+        value = np.zeros((len(wi), 3))
+        value[above] = np.array(self.diffuse) / np.pi
+        value[above] += sum(lobe.f_r(wi[above], wo[above]) for lobe in self.lobes)
+        return value
+
+
+ANISOTROPIC_SAMPLES: dict[str, AnisotropicBrdf] = {
+    "brushed-brass": AnisotropicBrdf(
+        diffuse=(0.02, 0.015, 0.008), lobes=(AnisotropicGgxLobe(0.18, 0.5, (0.89, 0.75, 0.42)),)
+    ),
+    # two families of threads at right angles, each shining across itself
+    "shot-silk": AnisotropicBrdf(
+        diffuse=(0.10, 0.03, 0.14),
+        lobes=(
+            AnisotropicGgxLobe(0.2, 0.7, (0.40, 0.08, 0.10), weight=0.6),
+            AnisotropicGgxLobe(0.24, 0.7, (0.06, 0.10, 0.45), rotation=90.0, weight=0.4),
+        ),
+    ),
+}
+
+
 SAMPLES: dict[str, AnalyticBrdf] = {
     "rough-plastic": AnalyticBrdf(
         diffuse=(0.05, 0.28, 0.32), lobes=(GgxLobe(alpha=0.3, f0=(0.045, 0.045, 0.045)),)
@@ -277,9 +354,18 @@ def write_sample(
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> None:
-    """Write one of SAMPLES as a MERL file; noise as in tabulate."""
+    """Write one of SAMPLES as a MERL file, or of ANISOTROPIC_SAMPLES as a UTIA .bin file.
+
+    noise : as in tabulate, for MERL files only
+    """
+    if name in ANISOTROPIC_SAMPLES:
+        if noise:
+            raise NfmError(f"{name!r}: anisotropic samples are written without noise; leave it 0")
+        utia.write_bin(path, anisotropic_metrics.tabulate(ANISOTROPIC_SAMPLES[name]))
+        return
     if name not in SAMPLES:
-        raise NfmError(f"{name!r}: no such sample, there are {', '.join(SAMPLES)}; choose one")
+        names = ", ".join([*SAMPLES, *ANISOTROPIC_SAMPLES])
+        raise NfmError(f"{name!r}: no such sample, there are {names}; choose one")
     merl.write(path, *tabulate(SAMPLES[name], noise, rng))
 
 

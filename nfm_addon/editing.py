@@ -36,6 +36,9 @@ from .shader_source import Surface, new_surface
 
 _DRAFT = " draft"
 
+# A few per cent off near grazing, and a sixth of the time.
+_DRAFT_QUADRATURE = {"n_phi": 24, "n_per_bin": 2}
+
 
 @dataclass(frozen=True)
 class State:
@@ -328,12 +331,12 @@ def edited_model(owner: bpy.types.Material) -> FactorModel:
 def _surface(
     owner: bpy.types.Material, state: State, group: bpy.types.ShaderNodeTree, draft: bool
 ) -> Surface:
-    model = _model(state, curve_nodes.heights(group))
+    model = _model(state, curve_nodes.heights(group), draft=draft)
     closures = _closures.get(group.session_uid) if draft else None
     return new_surface(model, state.settings.sampling.lower(), closures, graded=not draft)
 
 
-def _model(state: State, heights: dict[str, np.ndarray]) -> FactorModel:
+def _model(state: State, heights: dict[str, np.ndarray], *, draft: bool = False) -> FactorModel:
     """The model that the shader's tables hold: without what are inputs."""
     model = state.measured
     edit = state.settings.edit
@@ -343,7 +346,7 @@ def _model(state: State, heights: dict[str, np.ndarray]) -> FactorModel:
         model = blend(model, state.other, state.share)
     before, after = _before_and_after(edit.drawn, state.handles, heights)
     model = edits.apply(model, Edits(before, after, state.sliders.for_model()))
-    return _within_energy(model, state) if state.keep_energy else model
+    return _within_energy(model, state, draft) if state.keep_energy else model
 
 
 def _before_and_after(
@@ -364,13 +367,13 @@ def _before_and_after(
     return Curves.from_heights(before), Curves.from_heights(after)
 
 
-def _within_energy(model: FactorModel, state: State) -> FactorModel:
+def _within_energy(model: FactorModel, state: State, draft: bool) -> FactorModel:
     """Lobes lowered so that they reflect, with their gains and the diffuse part, no more than 1."""
     gains = np.array([lobe.gain for lobe in state.sliders.lobes])[:, None]
     matrix, offset = _diffuse_map(state)
     measured = state.measured
     whole = replace(model, scale=model.scale * gains, diffuse=_diffuse(measured, matrix, offset))
-    limited = within_energy(whole)
+    limited = within_energy(whole, **(_DRAFT_QUADRATURE if draft else {}))
     scale = np.where(gains > 0, limited.scale / np.where(gains > 0, gains, 1), 0)
     return replace(limited, scale=scale, diffuse=model.diffuse)
 

@@ -81,6 +81,14 @@ def _make_oslquery_importable() -> None:
         sys.path.append(str(packages))
 
 
+def extension_tool() -> Path:
+    """Blender's command-line tool for extensions, which runs under plain Python."""
+    import bpy
+
+    scripts = Path(bpy.utils.resource_path("LOCAL"), "scripts")
+    return scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+
+
 def main(arguments: list[str]) -> int:
     """Hand a verb and its arguments to the add-on's command line."""
     root = load_extension()

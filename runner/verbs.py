@@ -45,6 +45,7 @@ VERBS = {
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
     "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),
     "bench": Verb("print the tables of figures", _module("benchmarks"), extras=("report",)),
+    "build": Verb("build the extension's zip, with its wheels", _module("runner.package")),
     "test": Verb(
         "run ruff, then pytest on both Blender versions",
         _module("runner.checks"),

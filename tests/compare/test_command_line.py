@@ -5,7 +5,7 @@ import pytest
 from compare import command_line, pool, report
 from compare.command_line import main
 from compare.store import Store
-from fitter import merl
+from fitter import merl, utia
 from fitter.errors import NfmError
 
 
@@ -46,6 +46,14 @@ def fails(capsys, *words):
     assert last.startswith("nfm: ")
     assert all(word in last for word in words)
     assert "Traceback" not in err
+
+
+def test_anisotropic_files_are_refused(graded, files, tmp_path, capsys):
+    cloth = tmp_path / "cloth.bin"
+    utia.write_bin(cloth, np.full((6, 48, 6, 48, 3), 0.3))
+    assert main([str(files[0]), str(cloth), "--report", str(tmp_path / "report")]) == 1
+    fails(capsys, "cloth.bin", "anisotropic")
+    assert graded == []
 
 
 def test_report_is_written(graded, files, tmp_path, capsys):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitter import command_line, parameter_file
+from fitter import command_line, parameter_file, quality, synthetic
 from fitter.base_error import base_error
 from fitter.base_lobes import fit_base_lobes
 from fitter.command_line import main, read_directions
@@ -80,6 +80,42 @@ def test_fit_report_for_machines(short_fit, measured, tmp_path, capsys, monkeypa
         "draft",
         0.05,
     ]
+
+
+@pytest.fixture
+def short_anisotropic_fit(monkeypatch):
+    for name in quality.ANISOTROPIC_QUALITIES:
+        monkeypatch.setitem(quality.ANISOTROPIC_QUALITIES, name, quality.Work(1, 2, 0, 2))
+
+
+def test_fit_of_an_anisotropic_file(short_anisotropic_fit, tmp_path, capsys):
+    measured, output = tmp_path / "silk.bin", tmp_path / "silk.nfm.json"
+    synthetic.write_sample(measured, "shot-silk")
+    options = ["-o", str(output), "--encoding", "srgb-140"]
+    assert main(["fit", str(measured), *options]) == 0
+    out, _ = capsys.readouterr()
+    rows = dict(line.split(None, 1) for line in out.splitlines())
+    assert rows["model"] == "3 lobes, 2010 numbers"
+    assert rows["encoding"] == "srgb-140"
+    material = parameter_file.load(output)
+    assert f"{material.fit['anisotropy_direction']:.1f} degrees" in out
+    assert f"{material.fit['numeric_psnr']:.1f} dB over the data" in out
+    # and it can be evaluated
+    pairs = np.array([[0, 0, 1, 0.6, 0, 0.8], [0.6, 0, 0.8, 0, 0.6, 0.8]])
+    np.save(tmp_path / "pairs.npy", pairs)
+    values = tmp_path / "values.npy"
+    arguments = ["--directions", str(tmp_path / "pairs.npy"), "-o", str(values)]
+    assert main(["eval", str(output), *arguments]) == 0
+    rounded = pairs.astype(np.float32).astype(float)
+    expected = material.model.f_r(rounded[:, :3], rounded[:, 3:])
+    np.testing.assert_array_equal(np.load(values), expected)
+
+
+def test_encoding_of_an_isotropic_file(measured, tmp_path, capsys):
+    output = tmp_path / "out.nfm.json"
+    assert main(["fit", str(measured), "-o", str(output), "--encoding", "linear"]) == 1
+    one_line(capsys, "copper.binary")
+    assert not output.exists()
 
 
 def test_fit_of_a_missing_file(tmp_path, capsys):

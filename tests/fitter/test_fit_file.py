@@ -1,7 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from fitter import fit_file, metrics, parameter_file, prior
+from fitter import (
+    anisotropic_metrics,
+    fit_file,
+    metrics,
+    parameter_file,
+    prior,
+    quality,
+    readers,
+    synthetic,
+)
+from fitter.anisotropic_model import AnisotropicModel
 from fitter.errors import MeasurementError, ParameterFileError
 from fitter.fit_file import is_parameter_file, material_from_file, material_name
 from fitter.parameter_file import FittedMaterial
@@ -96,3 +106,40 @@ def test_missing_files_are_reported_by_their_reader(tmp_path):
 )
 def test_material_name(file_name, expected):
     assert material_name(file_name) == expected
+
+
+@pytest.fixture
+def silk(tmp_path):
+    path = tmp_path / "silk.bin"
+    synthetic.write_sample(path, "shot-silk")
+    return path
+
+
+@pytest.fixture
+def short_anisotropic_fit(monkeypatch):
+    for name in quality.ANISOTROPIC_QUALITIES:
+        monkeypatch.setitem(quality.ANISOTROPIC_QUALITIES, name, quality.Work(1, 2, 0, 2))
+
+
+def test_anisotropic_file(short_anisotropic_fit, silk):
+    steps = []
+    material = material_from_file(silk, encoding="linear", on_step=steps.append)
+    assert isinstance(material.model, AnisotropicModel)
+    assert (material.name, material.source.format) == ("silk", "utia-bin")
+    figures = material.fit
+    assert figures["iterations"] == len(steps) >= 4
+    assert figures["encoding"] == "linear"
+    measurement = readers.read(silk)
+    table = anisotropic_metrics.tabulate(material.model)
+    psnr = 10 * np.log10(measurement.f_r.max() ** 2 / np.mean((table - measurement.f_r) ** 2))
+    assert figures["numeric_psnr"] == pytest.approx(psnr, rel=1e-9)
+    error = anisotropic_metrics.mean_log_error(table, measurement)
+    assert figures["mean_log_error"] == pytest.approx(error, rel=1e-9)
+    assert 0 < error < 0.5
+    assert figures["bins_usable"] == 288 * 288
+    assert -90 <= figures["anisotropy_direction"] < 90
+    assert 0 < figures["largest_directional_albedo"] <= 1
+    # and what was found can be stored
+    again = parameter_file.loads(parameter_file.dumps(material))
+    assert again.fit == figures
+    assert again.model.ndf.tobytes() == material.model.ndf.tobytes()

@@ -7,9 +7,10 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from fitter import geometry, merl, synthetic
+from fitter import geometry, merl, polar_grid, readers, synthetic
 from fitter.errors import NfmError
 from fitter.synthetic import SAMPLES, AnalyticBrdf, GgxLobe, SheenLobe
+from tests.fitter.anisotropic import random_pairs
 
 BLACK = (0.0, 0.0, 0.0)
 GREY = (0.5, 0.5, 0.5)
@@ -286,3 +287,61 @@ def test_tables_agree_with_the_other_generator(tmp_path, shared, options, brdf, 
     f_r, valid = synthetic.tabulate(brdf, noise, np.random.default_rng(3))
     np.testing.assert_array_equal(other.valid, valid)
     np.testing.assert_allclose(other.f_r, f_r, rtol=1e-9)
+
+
+# --- anisotropic samples ---
+
+
+@pytest.mark.parametrize("name", synthetic.ANISOTROPIC_SAMPLES)
+def test_anisotropic_samples_are_brdfs(name):
+    """Reciprocal, and no view reflects more than it receives; only above the horizon."""
+    brdf = synthetic.ANISOTROPIC_SAMPLES[name]
+    rng = np.random.default_rng(0)
+    wi, wo = random_pairs(rng, 2000)
+    forth = brdf.f_r(wi, wo)
+    assert (forth > 0).all()
+    np.testing.assert_allclose(brdf.f_r(wo, wi), forth, rtol=1e-12)
+    np.testing.assert_array_equal(brdf.f_r(wi * [1, 1, -1], wo), 0)
+    z, phi = np.sqrt(rng.random(100_000)), rng.uniform(0, 2 * np.pi, 100_000)
+    lights = np.stack([np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z], -1)
+    for view in polar_grid.directions()[[0, 60, 150, 240, 251]]:
+        albedo = np.pi * brdf.f_r(lights, np.broadcast_to(view, lights.shape)).mean(0)
+        assert albedo.max() < 1
+
+
+def test_equal_roughnesses_are_the_isotropic_lobe():
+    wi, wo = random_pairs(np.random.default_rng(1), 500)
+    same = synthetic.AnisotropicGgxLobe(0.3, 0.3, (0.9, 0.5, 0.1), rotation=33.0, weight=0.7)
+    isotropic = synthetic.GgxLobe(0.3, (0.9, 0.5, 0.1), weight=0.7)
+    expected = isotropic.f_r(synthetic._pair_angles(wi, wo))
+    np.testing.assert_allclose(same.f_r(wi, wo), expected, rtol=1e-9)
+
+
+def test_anisotropic_lobe_spreads_across_its_tangent():
+    up = np.array([[0.0, 0.0, 1.0]])
+    for rotation, along, across in ((0.0, [0.5, 0.0], [0.0, 0.5]), (90.0, [0.0, 0.5], [0.5, 0.0])):
+        lobe = synthetic.AnisotropicGgxLobe(0.1, 0.5, (1.0, 1.0, 1.0), rotation=rotation)
+        values = [lobe.f_r(np.array([[*xy, np.sqrt(0.75)]]), up)[0, 0] for xy in (along, across)]
+        assert values[1] > 5 * values[0]
+
+
+@pytest.mark.parametrize("name", synthetic.ANISOTROPIC_SAMPLES)
+def test_anisotropic_samples_are_utia_files(tmp_path, name):
+    path = tmp_path / f"{name}.bin"
+    synthetic.write_sample(path, name)
+    measurement = readers.read(path)
+    assert measurement.source.format == "utia-bin"
+    w = polar_grid.directions()
+    expected = synthetic.ANISOTROPIC_SAMPLES[name].f_r(w[100:101], w[200:201])[0]
+    np.testing.assert_array_equal(measurement.f_r.reshape(288, 288, 3)[100, 200], expected)
+
+
+@pytest.mark.parametrize("wrong", [{"alpha_x": 0.0}, {"alpha_y": 1.5}, {"f0": (1.0, 2.0, 0.0)}])
+def test_anisotropic_lobe_refuses(wrong):
+    with pytest.raises(ValueError, match="expected"):
+        synthetic.AnisotropicGgxLobe(**({"alpha_x": 0.2, "alpha_y": 0.4, "f0": (1, 1, 1)} | wrong))
+
+
+def test_anisotropic_samples_have_no_noise(tmp_path):
+    with pytest.raises(NfmError, match="without noise"):
+        synthetic.write_sample(tmp_path / "x.bin", "shot-silk", noise=0.1)

@@ -3,10 +3,10 @@
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 
 import pytest
 
+from runner import blender as loader
 from runner.environment import CHECKOUT
 
 # What an installed copy needs, and the folders that it has.
@@ -40,14 +40,12 @@ FOLDERS = {"fitter", "nfm_addon", "osl"}
 @pytest.fixture(scope="session")
 def blender_ext(extension):
     """Blender's command-line tool for extensions, run with plain Python."""
-    import bpy
-
-    scripts = Path(bpy.utils.resource_path("LOCAL"), "scripts")
-    tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
 
     def run(*arguments):
         answer = subprocess.run(
-            [sys.executable, tool, *map(str, arguments)], capture_output=True, text=True
+            [sys.executable, loader.extension_tool(), *map(str, arguments)],
+            capture_output=True,
+            text=True,
         )
         assert answer.returncode == 0, answer.stdout + answer.stderr
         assert "error" not in answer.stdout.lower()

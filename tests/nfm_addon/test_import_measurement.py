@@ -10,6 +10,7 @@ import pytest
 from fitter import merl, parameter_file, synthetic, utia
 from fitter.parameter_file import FittedMaterial
 from fitter.quality import QUALITIES
+from tests.models import ANISOTROPIC_MODELS
 
 
 @pytest.fixture
@@ -497,3 +498,13 @@ def test_refused_file_is_no_undo_step(
     assert undo_steps == []
     blender.ops.ed.undo()
     assert slots(blender.data.objects["Thing"]) == []
+
+
+def test_anisotropic_material_says_that_it_cannot_be_rendered(import_file, blender, tmp_path):
+    path = tmp_path / "brushed.nfm.json"
+    parameter_file.save(path, FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"]))
+    with pytest.raises(RuntimeError, match=r"anisotropic materials .* not rendered yet"):
+        import_file(path)
+    assert not blender.data.materials
+    assert not blender.data.node_groups
+    assert not blender.data.texts

@@ -120,7 +120,13 @@ def test_fixtures_of_conftest(checkout):
     tests = checkout / "tests"
     tests.mkdir()
     shutil.copy(CHECKOUT / "tests" / "conftest.py", tests)
-    shutil.copytree(CHECKOUT / "fitter", checkout / "fitter", dirs_exist_ok=True)
+    # what the fixtures look into; the stub add-on stays the one that registers
+    for part in ("fitter", "osl"):
+        shutil.copytree(CHECKOUT / part, checkout / part)
+    no_stub = shutil.ignore_patterns("__init__.py", "command_line.py")
+    shutil.copytree(
+        CHECKOUT / "nfm_addon", checkout / "nfm_addon", False, no_stub, dirs_exist_ok=True
+    )
     (tests / "test_fixtures.py").write_text(FIXTURE_TESTS)
     answer = run_python(checkout, "-m", "pytest", "-q", "-p", "no:cacheprovider")
     assert "2 passed" in answer.stdout, answer.stdout
