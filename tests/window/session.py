@@ -14,6 +14,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import Window, run
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+# The middle of the slider Gain of lobe 1 in the picture of the panel.
+GAIN = (910, 512)
 ADDON = "bl_ext.user_default.nfm.nfm_addon"
 
 
@@ -91,6 +93,23 @@ def cancel_with_escape(window):
     assert material() == kept
 
 
+def drag_a_gain(window):
+    """With the mouse, where the panel of this version has the slider; then undo."""
+    size = window.window.width, window.window.height
+    if bpy.app.version[:2] != (5, 2) or size != (1600, 1000):
+        print("session: where the slider is, is known for 5.2 at 1600 x 1000 only", flush=True)
+        return
+    lobe = material().nfm.edit.lobe_1
+    assert lobe.gain == 1
+    yield from window.drag(GAIN, (GAIN[0] - 150, GAIN[1]))
+    yield from window.until("the slider has followed the mouse", lambda: lobe.gain < 0.9)
+    yield from window.picture("dragged")
+    window.key("Z", ctrl=True)
+    yield from window.until(
+        "the slider is back", lambda: material().nfm.edit.lobe_1.gain == 1, pause=0.5
+    )
+
+
 def look_at_the_panel(window):
     """In the large area, scrolled to its end."""
     area = window.area("VIEW_3D")
@@ -106,6 +125,7 @@ def look_at_the_panel(window):
     outliner = window.area("OUTLINER")
     window.move(outliner.x + 9, outliner.y + 9)  # no tooltip over the panel
     yield from window.picture("panel")
+    yield from drag_a_gain(window)
     area.type = "VIEW_3D"
     yield 1.0
 
