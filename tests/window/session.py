@@ -118,13 +118,14 @@ def look_at_the_panel(window):
     area.spaces.active.context = "MATERIAL"
     bpy.context.window_manager.nfm_plot.kind = "SLICES"
     yield 1.0
-    window.move(area.x + area.width / 2, area.y + area.height / 2)
-    for _ in range(30):
-        window.event("WHEELDOWNMOUSE")
-        yield 0.05
     outliner = window.area("OUTLINER")
-    window.move(outliner.x + 9, outliner.y + 9)  # no tooltip over the panel
-    yield from window.picture("panel")
+    for name, turns in (("panel", 20), ("curves", 10)):
+        window.move(area.x + area.width / 2, area.y + area.height / 2)
+        for _ in range(turns):
+            window.event("WHEELDOWNMOUSE")
+            yield 0.05
+        window.move(outliner.x + 9, outliner.y + 9)  # no tooltip over the panel
+        yield from window.picture(name)
     yield from drag_a_gain(window)
     area.type = "VIEW_3D"
     yield 1.0
