@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What an artist does with the add-on, in a real window: blender --python session.py -- FOLDER.
 
 FOLDER holds two measured files, first.binary and second.binary, and gets the pictures. The add-on

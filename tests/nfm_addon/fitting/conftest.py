@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Background fits, pumped by the tests: no timers run in the background."""
 
 import time
