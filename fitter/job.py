@@ -28,7 +28,7 @@ DRAFT, FINAL = "draft", "final"
 SLICES_FILE, ICON_FILE = "slices.npy", "icon.npy"
 
 # CPU seconds that the parts of a job take, for its progress (docs/RESULTS.md).
-SECONDS = {"read": 0.5, "draft": 2.0, "standard": 6.5, "best": 12.0, "grade": 1.5}
+SECONDS = {"read": 0.5, "draft": 2.0, "standard": 8.5, "best": 16.0, "grade": 1.0}
 
 # The stages of fit.FitStep in words that say what is going on.
 STAGES = {
@@ -37,6 +37,7 @@ STAGES = {
     "refine": "Refining",
     "polish": "Polishing",
     "limit": "Limiting energy",
+    "albedo": "Matching albedo",
 }
 
 Emit = Callable[["Event"], None]
@@ -124,7 +125,7 @@ def _teller(emit: Emit, title: str, start: float, end: float) -> Callable[[FitSt
 
     def tell(step: FitStep) -> None:
         stage, _, number = step.stage.partition(" ")
-        text = title or " ".join(filter(None, (STAGES[stage], number)))
+        text = title or " ".join(filter(None, (STAGES.get(stage, stage), number)))
         # as the parts, so that it never falls
         emit(Event("step", text, round(start + (end - start) * step.progress, 6)))
 

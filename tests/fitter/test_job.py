@@ -2,6 +2,7 @@
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from fitter import job, parameter_file, synthetic
 from fitter.quality import QUALITIES, Quality
 from runner.environment import CHECKOUT
 
-SHORT = Quality(1, 1, 0, 1, 45, 90, 1, 90)
+SHORT = Quality(1, 1, 0, 1, 0, 45, 90, 1, 90)
 
 
 @pytest.fixture(scope="module")
@@ -87,8 +88,9 @@ def test_as_a_process_it_writes_lines_of_json(tmp_path):
     assert (last["kind"], last["text"]) == ("error", "no.binary: no such file; check the path")
 
 
-def test_every_stage_of_a_fit_has_a_name(two_lobes):
-    from fitter.fit import fit_steps
-
-    stages = {step.stage.partition(" ")[0] for step in fit_steps(two_lobes, quality="draft")}
-    assert stages <= job.STAGES.keys()
+def test_a_stage_without_a_name_is_told_as_it_is():
+    events = []
+    tell = job._teller(events.append, "", 0.0, 1.0)
+    for stage in ("refine", "sweep 2", "new stage"):
+        tell(SimpleNamespace(stage=stage, progress=0.5))
+    assert [event.text for event in events] == ["Refining", "Trying start 2", "new stage"]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Operators on a material that is there: refit, replace, reset, export, presets."""
 
 import numpy as np

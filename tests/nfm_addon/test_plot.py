@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Plots as pixels and as icons."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What keeps a scene from rendering measured materials, and the click that changes it."""
 
 from types import SimpleNamespace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Mouse, keyboard and pictures of a Blender window, from within Blender.
 
 Needs --enable-event-simulate. A session is a generator that yields seconds to wait; `run` calls it

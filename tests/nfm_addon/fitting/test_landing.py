@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a fit does to materials, and what undo makes of it."""
 
 import numpy as np

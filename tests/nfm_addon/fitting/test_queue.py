@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fits beside the interface: progress, drafts, cancelling, queueing."""
 
 import os
