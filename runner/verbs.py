@@ -49,7 +49,7 @@ VERBS = {
     "test": Verb(
         "run ruff, then pytest on both Blender versions",
         _module("runner.checks"),
-        extras=("report",),
+        extras=("report", "dask"),
     ),
     "ui-test": Verb("try the add-on in a real window", _module("runner.ui_test")),
     "python": Verb("run the environment's interpreter", ()),
