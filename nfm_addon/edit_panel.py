@@ -17,7 +17,6 @@ from .operators.copy_edits import (
     NFM_OT_paste_curve,
     NFM_OT_paste_lobe,
 )
-from .operators.edit_presets import NFM_OT_load_edits, NFM_OT_save_edits
 from .operators.reset_edits import NFM_OT_keep_energy, NFM_OT_reset_edits
 
 # The albedo shown is of a coarse integral, a few per cent off near grazing.
@@ -62,9 +61,6 @@ def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
                 _draw_curve(body, group, curve)
     _draw_color(layout, material, group)
     _draw_blend(layout, edit)
-    row = layout.row(align=True)
-    row.operator(NFM_OT_save_edits.bl_idname)
-    row.operator(NFM_OT_load_edits.bl_idname)
     layout.operator(NFM_OT_reset_edits.bl_idname, text="Reset All").what = "ALL"
 
 

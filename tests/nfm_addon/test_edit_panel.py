@@ -106,7 +106,7 @@ def test_shows_every_slider_and_curve(material, drawn):
     ]
     used = {line[1] for line in lines if line[0] == "operator"}
     assert used >= {"copy_curve", "paste_curve", "copy_lobe", "paste_lobe", "reset_edits"}
-    assert used >= {"save_edits", "load_edits", "blend_with"}
+    assert "blend_with" in used
 
 
 def test_removed_curve_can_be_brought_back(material, drawn, addon):
