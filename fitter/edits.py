@@ -12,14 +12,17 @@ colour of the diffuse part (`diffuse_map`).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from .curves import Curves, bend_linear, bend_logarithmic
-from .factors import N_LOBES
+from .factors import N_LOBES, Factors
 from .geometry import theta_d_centres, theta_h_centres
 from .model import FactorModel
 from .tables import versine_nodes
+
+Model = TypeVar("Model", bound=Factors)
 
 # Luminance of linear RGB, ITU-R BT.709.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -98,12 +101,16 @@ class Edits:
     sliders: Sliders = field(default_factory=Sliders)
 
 
-def apply(model: FactorModel, edits: Edits) -> FactorModel:
-    """The edited model, without gains and without the diffuse colour's edits."""
-    if edits.before and edits.after and not edits.before.equals(edits.after):
-        model = _bend(model, edits.before, edits.after)
-    for lobe, sliders in enumerate(edits.sliders.lobes):
-        model = _edit_lobe(model, lobe, sliders)
+def apply(model: Model, edits: Edits) -> Model:
+    """The edited model, without gains and without the diffuse colour's edits.
+
+    Of an anisotropic model the lobes keep their shapes: its D and G are not curves.
+    """
+    if model.kind == "isotropic":
+        if edits.before and edits.after and not edits.before.equals(edits.after):
+            model = _bend(model, edits.before, edits.after)
+        for lobe, sliders in enumerate(edits.sliders.lobes):
+            model = _edit_lobe(model, lobe, sliders)
     return _edit_specular_color(_edit_edge(model, edits.sliders), edits.sliders)
 
 
@@ -171,7 +178,7 @@ def _mass(ndf: np.ndarray) -> float:
     return float((weighted[1:] + weighted[:-1]) @ np.diff(nodes) / 2)
 
 
-def _edit_edge(model: FactorModel, sliders: Sliders) -> FactorModel:
+def _edit_edge(model: Model, sliders: Sliders) -> Model:
     edge = sliders.edge_strength * np.array(sliders.edge_tint)
     if (edge == 1).all():
         return model
@@ -179,7 +186,7 @@ def _edit_edge(model: FactorModel, sliders: Sliders) -> FactorModel:
     return replace(model, fresnel=model.fresnel * (1 + (edge[:, None] - 1) * share))
 
 
-def _edit_specular_color(model: FactorModel, sliders: Sliders) -> FactorModel:
+def _edit_specular_color(model: Model, sliders: Sliders) -> Model:
     """Saturation and hue of the lobes.
 
     A lobe's colour is s F. F is shared by the lobes, so it takes on their mean colour before it is

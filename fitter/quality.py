@@ -40,7 +40,7 @@ class Quality(Work):
 
 
 QUALITIES = {
-    "draft": Quality(1, 6, 0, 8, 5, 5, 180, 0, 180),
+    "draft": Quality(1, 6, 0, 8, 8, 5, 180, 0, 180),
     "standard": Quality(3, 6, 4, 24, 8, 5, 360, 4, 720),
     "best": Quality(5, 12, 8, 60, 12, 5, 360, 24, 720),
 }

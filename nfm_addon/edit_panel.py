@@ -55,9 +55,10 @@ def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
         header.operator(NFM_OT_copy_lobe.bl_idname, text="", icon="COPYDOWN").lobe = number + 1
         header.operator(NFM_OT_paste_lobe.bl_idname, text="", icon="PASTEDOWN").lobe = number + 1
         if body:
-            for name in LOBE_SLIDERS:
+            # the lobes of an anisotropic material have no curves, and keep their shapes
+            for name in LOBE_SLIDERS if edit.drawn else ("gain",):
                 body.prop(getattr(edit, lobe), name)
-            for curve in (NDF_CURVES[number], MASKING_CURVES[number]):
+            for curve in (NDF_CURVES[number], MASKING_CURVES[number]) if edit.drawn else ():
                 _draw_curve(body, group, curve)
     _draw_color(layout, material, group)
     _draw_blend(layout, edit)
@@ -94,7 +95,8 @@ def _draw_color(
         column = body.column(heading="Body", align=True)
         column.prop(edit, "diffuse_saturation")
         column.prop(edit, "diffuse_hue")
-        _draw_curve(body, group, curve_nodes.FRESNEL_NODE)
+        if edit.drawn:
+            _draw_curve(body, group, curve_nodes.FRESNEL_NODE)
 
 
 def _draw_curve(layout: bpy.types.UILayout, group: bpy.types.ShaderNodeTree, name: str) -> None:

@@ -45,7 +45,7 @@ class State:
     """What decides how a material looks.
 
     settings : material.nfm, or an evaluated copy with the values of a frame
-    handles : of its curves
+    handles : of its curves; anisotropic materials have none
     """
 
     settings: bpy.types.PropertyGroup
@@ -224,6 +224,8 @@ def reset_curves(owner: bpy.types.Material, names: Sequence[str] = CURVES) -> No
         As refresh.
     """
     group = own_group(owner)
+    if fitted_material(owner).model.kind != "isotropic":
+        return
     missing = set(CURVES) - set(curve_nodes.handles(group))
     if missing or not owner.nfm.edit.drawn:
         kept = {} if missing == set(CURVES) else curve_nodes.handles(group)
@@ -340,13 +342,15 @@ def _model(state: State, heights: dict[str, np.ndarray], *, draft: bool = False)
     """The model that the shader's tables hold: without what are inputs."""
     model = state.measured
     edit = state.settings.edit
-    if edit.show_original or model.kind == "anisotropic":
+    if edit.show_original:
         return model
     if state.share:
         model = blend(model, state.other, state.share)
     before, after = _before_and_after(edit.drawn, state.handles, heights)
     model = edits.apply(model, Edits(before, after, state.sliders.for_model()))
-    return _within_energy(model, state, draft) if state.keep_energy else model
+    if state.keep_energy and model.kind == "isotropic":
+        return _within_energy(model, state, draft)
+    return model
 
 
 def _before_and_after(

@@ -47,6 +47,10 @@ class NFM_OT_blend_with(EditOperator, bpy.types.Operator):
             message = rpt_("there is no measured material {!r}; import it first")
             raise ShaderError(message.format(self.material))
         model = editing.edited_model(other)
+        own = editing.fitted_material(material).model
+        if model.kind != own.kind:
+            message = rpt_("{!r} is {:s} and {!r} {:s}; choose one of the same kind")
+            raise ShaderError(message.format(other.name, model.kind, material.name, own.kind))
         edit.blend_parameters = parameter_file.dumps(FittedMaterial(other.name, model))
         edit.blend_name = other.name
 

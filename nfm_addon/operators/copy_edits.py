@@ -50,6 +50,14 @@ class _Copy(EditOperator):
 
     bl_options = {"REGISTER"}
 
+    def _handles(self, material: bpy.types.Material, names: tuple[str, ...]) -> list:
+        found = curve_nodes.handles(editing.group_of(material))
+        missing = [name for name in names if name not in found]
+        if missing:
+            message = rpt_("material {!r} has no curve {:s}; reset it first, if it is isotropic")
+            raise ShaderError(message.format(material.name, missing[0]))
+        return [found[name] for name in names]
+
     def _store(self, context: bpy.types.Context, content: dict) -> None:
         context.window_manager.nfm_clipboard = json.dumps(content)
 
@@ -91,8 +99,7 @@ class NFM_OT_copy_curve(_Copy, bpy.types.Operator):
 
     def change(self, context: bpy.types.Context, material: bpy.types.Material) -> None:
         kind, names = _kind_and_names(self.curve)
-        handles = curve_nodes.handles(editing.group_of(material))
-        self._store(context, {"kind": kind, "handles": [handles[name] for name in names]})
+        self._store(context, {"kind": kind, "handles": self._handles(material, names)})
 
 
 class NFM_OT_paste_curve(_Paste, bpy.types.Operator):
@@ -119,13 +126,12 @@ class NFM_OT_copy_lobe(_Copy, bpy.types.Operator):
     lobe: _lobe_property()
 
     def change(self, context: bpy.types.Context, material: bpy.types.Material) -> None:
-        handles = curve_nodes.handles(editing.group_of(material))
         sliders = sliders_of(material.nfm.edit).lobes[self.lobe - 1]
         self._store(
             context,
             {
                 "kind": "lobe",
-                "handles": [handles[name] for name in _lobe_curves(self.lobe)],
+                "handles": self._handles(material, _lobe_curves(self.lobe)),
                 "sliders": asdict(sliders),
             },
         )

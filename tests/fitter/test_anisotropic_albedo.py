@@ -50,3 +50,19 @@ def test_a_model_that_makes_light_is_lowered(factor):
 def test_random_factors_are_brought_within_energy():
     model = random_anisotropic(0)
     assert anisotropic_albedo.largest_directional_albedo(within_energy(model)) <= 1
+
+
+def test_light_made_beyond_the_last_nodes_alone_is_taken_back_there():
+    """Pile reflects most at grazing angles: too much at 82.5 degrees and beyond, not at 75."""
+    pile = ANISOTROPIC_MODELS["pile"]
+    ndf = pile.ndf.copy()
+    ndf[:, :5] *= 0.01
+    model = replace(pile, ndf=ndf, fresnel=np.ones((3, 90)), scale=5 * pile.scale)
+    assert directional_albedo(model, polar_grid.directions()).max() < 1
+    assert anisotropic_albedo.largest_directional_albedo(model) > 1.2
+    limited = within_energy(model)
+    assert anisotropic_albedo.largest_directional_albedo(limited) <= 1
+    # only the last row of G is lowered
+    ratio = limited.masking / model.masking
+    np.testing.assert_allclose(ratio[:, :5], np.broadcast_to(ratio[:, :1, :1], (3, 5, 48)))
+    assert ratio[:, 5].min() < 0.9 * ratio[0, 0, 0]

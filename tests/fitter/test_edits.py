@@ -10,7 +10,7 @@ from fitter.geometry import theta_d_centres
 from fitter.limits import within_energy
 from fitter.model import FactorModel
 from fitter.tables import lobe_albedo, sampling_tables
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 FACTORS = [field.name for field in fields(FactorModel)]
 
@@ -270,3 +270,12 @@ def test_a_lobe_without_light_stays_finite():
         assert np.isfinite(edits.apply(dark, Edits(sliders=sliders)).f_r(*directions())).all()
     changed = edits.apply(dark, with_lobe(1, width=3.0, haze=0.5))
     np.testing.assert_array_equal(changed.ndf[1], 0)
+
+
+def test_lobes_of_anisotropic_models_keep_their_shapes():
+    model = ANISOTROPIC_MODELS["brushed"]
+    lobes = (LobeSliders(width=2, haze=0.5, falloff=2),) * 3
+    assert_same(edits.apply(model, Edits(sliders=Sliders(lobes=lobes))), model)
+    brighter = edits.apply(model, Edits(sliders=Sliders(lobes=lobes, edge_strength=2.0)))
+    assert (brighter.fresnel[:, 1:] > model.fresnel[:, 1:]).all()
+    np.testing.assert_array_equal(brighter.ndf, model.ndf)

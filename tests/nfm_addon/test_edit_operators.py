@@ -5,7 +5,7 @@ import pytest
 
 from fitter import parameter_file
 from fitter.parameter_file import FittedMaterial
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 @pytest.fixture
@@ -236,3 +236,21 @@ def test_undo_is_one_step(blender, build, editing):
     blender.ops.ed.undo()
     material = blender.data.materials["plastic"]
     assert editing.curve_nodes.handles(editing.group_of(material)) == edited
+
+
+def test_anisotropic_materials_have_no_curves_to_copy(blender, addon, build, editing, mesh_object):
+    one = build("metal")
+    brushed = addon("material").build(
+        FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"]), "REFERENCE"
+    )
+    with pytest.raises(RuntimeError, match="choose one of the same kind"):
+        blender.ops.nfm.blend_with(material="brushed")
+    mesh_object().data.materials.append(brushed)
+    with pytest.raises(RuntimeError, match="'brushed' has no curve Lobe 1 D"):
+        blender.ops.nfm.copy_curve(curve="Lobe 1 D")
+    assert blender.ops.nfm.reset_edits() == {"FINISHED"}
+    activate(blender, one)
+    blender.ops.nfm.copy_lobe(lobe=1)
+    activate(blender, brushed)
+    blender.ops.nfm.paste_lobe(lobe=1)
+    assert not editing.curve_nodes.handles(editing.group_of(brushed))

@@ -11,7 +11,7 @@ from fitter import parameter_file
 from fitter.blend import blend
 from fitter.edits import Edits, LobeSliders, Sliders, apply
 from fitter.parameter_file import FittedMaterial
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 @pytest.fixture
@@ -362,3 +362,28 @@ def test_edits_are_saved_with_the_file(blender, build, editing, source, tmp_path
     material = blender.data.materials["plastic"]
     assert not editing.refresh(material)
     assert source(material) == edited
+
+
+# ---- anisotropic ----
+
+
+@pytest.fixture
+def brushed(addon):
+    fitted = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    return addon("material").build(fitted, "REFERENCE")
+
+
+def test_anisotropic_lobes_keep_their_shapes(brushed, editing, source):
+    """They have no curves; colours, gains and the rest can be edited."""
+    before = source(brushed)
+    assert editing.curve_nodes.handles(editing.group_of(brushed)) == {}
+    edit = brushed.nfm.edit
+    edit.lobe_1.width, edit.lobe_2.haze, edit.lobe_3.falloff, edit.keep_energy = 2.0, 0.5, 2.0, True
+    editing.refresh(brushed)
+    assert source(brushed) == before
+    edit.edge_strength = 2.0
+    assert editing.refresh(brushed)
+    assert source(brushed) != before
+    editing.reset_curves(brushed)
+    assert editing.document_of(brushed).curves == {}
+    assert editing.largest_albedo(brushed) > 0

@@ -500,11 +500,13 @@ def test_refused_file_is_no_undo_step(
     assert slots(blender.data.objects["Thing"]) == []
 
 
-def test_anisotropic_material_says_that_it_cannot_be_rendered(import_file, blender, tmp_path):
+def test_anisotropic_material_is_rendered_by_reference(import_file, blender, tmp_path):
+    """There are no base lobes for it, whatever sampling is asked for."""
     path = tmp_path / "brushed.nfm.json"
     parameter_file.save(path, FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"]))
-    with pytest.raises(RuntimeError, match=r"anisotropic materials .* not rendered yet"):
-        import_file(path)
-    assert not blender.data.materials
-    assert not blender.data.node_groups
-    assert not blender.data.texts
+    import_file(path, sampling="NATIVE")
+    (material,) = blender.data.materials
+    assert material.nfm.sampling == "REFERENCE"
+    (group,) = blender.data.node_groups
+    inputs = [item.name for item in group.interface.items_tree if item.in_out == "INPUT"]
+    assert inputs[-3:] == ["Normal", "Tangent", "Rotation"]
