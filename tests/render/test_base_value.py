@@ -33,9 +33,9 @@ def base_value(addon, monkeypatch):
     after_the_base = re.compile(r"sum = base_lobes\([^;]*;\n")
     statement = """
     vector half = normalize(wo + LightDirection);
-    vector across = cross(n, half);
-    Value = base_value(n, tangent, theta_o, wo, LightDirection, dot(across, across),
-                       dot(half, wo), closure_kinds, closure_parameters, closure_leans, weights);
+    vector tilt = cross(n, half);
+    Value = base_value(n, side, theta_o, wo, LightDirection, dot(tilt, tilt), dot(half, wo),
+                       closure_kinds, closure_parameters, closure_leans, weights);
 """
 
     def shader(model, _sampling):

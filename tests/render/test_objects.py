@@ -113,7 +113,7 @@ def test_a_normal_map_turns_the_frame(sampling, material, stage, blender, render
 
     theta = np.radians(VIEW)
     view = np.array([0, -np.sin(theta), np.cos(theta)])
-    frame = np.broadcast_to(reference.frames(normal[None]), (200_000, 3, 3))
+    frame = np.broadcast_to(reference.frames(normal[None]), (800_000, 3, 3))
     wi, weight, above = reference.scatter(MODEL, frame, view, np.random.default_rng(0))
     samples = weight * (above & (wi[:, 2] > 0))[:, None]
     expected, error = samples.mean(0), samples.std(0) / np.sqrt(len(samples))
