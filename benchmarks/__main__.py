@@ -4,7 +4,7 @@
 import argparse
 import sys
 
-from . import aniso, base, diffuse, edit, exact, fit, noise, render, rgl, sampling, smooth
+from . import aniso, base, diffuse, edit, exact, fit, masking, noise, render, rgl, sampling, smooth
 
 BENCHMARKS = {
     "aniso": aniso,
@@ -13,6 +13,7 @@ BENCHMARKS = {
     "edit": edit,
     "exact": exact,
     "fit": fit,
+    "masking": masking,
     "noise": noise,
     "render": render,
     "rgl": rgl,
