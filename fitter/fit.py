@@ -229,7 +229,8 @@ def felt_strength(strength: float, problem: Problem, model: FactorModel) -> floa
     to buy a factor of e, and what cannot be bought must not be counted.
     """
     reachable = 1 - problem.unreachable / max(problem.objective_of(model), np.finfo(float).tiny)
-    return strength * max(reachable, LEAST_REACHABLE)
+    # where E is rounding alone, so is the part of it that is out of reach, of either sign
+    return strength * float(np.clip(reachable, LEAST_REACHABLE, 1))
 
 
 def best_of_starts(

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 from types import ModuleType
+from typing import NoReturn
 
 from .environment import CHECKOUT
 
@@ -89,6 +90,22 @@ def extension_tool() -> Path:
     return scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
 
 
+def leave(status: int) -> NoReturn:
+    """End a process that has loaded Blender, with an exit status.
+
+    At the end of a process in which anything still holds the module, Blender 4.5 waits for ever for
+    a thread of its own (projects.blender.org #146640, mended in 5.0). So its destructors are left
+    out there.
+    """
+    bpy = sys.modules.get("bpy")
+    if bpy and bpy.app.version < (5, 0, 0):
+        _scratch().cleanup()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
 def main(arguments: list[str]) -> int:
     """Hand a verb and its arguments to the add-on's command line."""
     root = load_extension()
@@ -96,4 +113,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    leave(main(sys.argv[1:]))

@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -17,6 +18,20 @@ from runner.environment import CHECKOUT
 
 # At import: a test module that imports bpy is collected before any fixture runs.
 loader.use_scratch_settings()
+
+STATUS = pytest.StashKey[int]()
+
+
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Keep the status for the end."""
+    session.config.stash[STATUS] = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Everything is reported: end as a process with Blender in it has to."""
+    if "bpy" in sys.modules:
+        loader.leave(config.stash[STATUS])
 
 
 @pytest.fixture(scope="session")
