@@ -6,6 +6,7 @@ python -m runner.blender VERB ARGS runs a verb of the add-on's command line that
 import functools
 import importlib
 import os
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -100,6 +101,9 @@ def leave(status: int) -> NoReturn:
     bpy = sys.modules.get("bpy")
     if bpy and bpy.app.version < (5, 0, 0):
         _scratch().cleanup()
+        session = Path(bpy.app.tempdir)
+        if session.name.startswith("blender_"):  # and not the folder of all temporary files
+            shutil.rmtree(session, ignore_errors=True)
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
