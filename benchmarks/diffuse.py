@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{'material':<28}{'Lambert':>9}{'Ashikhmin':>11}{'gain dB':>9}{'E ratio':>9}")
     for name in arguments.materials.split(","):
         measurement = shared_data.read_material(name)
-        reference = scene.render(np.where(measurement.valid[..., None], measurement.f_r, 0))
+        reference = scene.render(measurement.f_r)
         lambert = fit.fit(measurement, quality=arguments.quality)
         ashikhmin = fit.fit(
             divided(measurement),

@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{'material':<28}{'product':>9}{'correlated':>12}{'tables':>9}{'E ratios':>15}")
     for name in arguments.materials.split(","):
         measurement = shared_data.read_material(name)
-        reference = scene.render(np.where(measurement.valid[..., None], measurement.f_r, 0))
+        reference = scene.render(measurement.f_r)
         model = shared_data.fitted_material(name, arguments.fits).model
         problem = Problem(measurement, phi_group=5, n_angles=N_ANGLES)
         start = problem.objective_of(model)

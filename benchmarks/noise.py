@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     for name in arguments.materials.split(","):
         clean = shared_data.read_material(name)
         noisy = with_noise(clean, arguments.noise, arguments.missing, np.random.default_rng(0))
-        reference = scene.render(np.where(clean.valid[..., None], clean.f_r, 0))
+        reference = scene.render(clean.f_r)
         psnr = []
         for measurement in (clean, noisy):
             model = fit.fit(measurement, quality=arguments.quality).model

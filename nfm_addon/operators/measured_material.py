@@ -17,8 +17,8 @@ def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
     return material if material and material.nfm.parameters else None
 
 
-class EditOperator:
-    """An operator that changes the active measured material and brings its shader up to date."""
+class OwnMaterialOperator:
+    """An operator on the active measured material, whose nodes belong to this file."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -33,6 +33,13 @@ class EditOperator:
             return False
         return True
 
+
+class EditOperator(OwnMaterialOperator):
+    """Changes the active measured material and brings its shader up to date.
+
+    A subclass has change(context, material), which returns a message for the user or None.
+    """
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         material = active_material(context)
         try:
@@ -44,7 +51,3 @@ class EditOperator:
         if message:
             self.report({"INFO"}, message)
         return {"FINISHED"}
-
-    def change(self, context: bpy.types.Context, material: bpy.types.Material) -> str | None:
-        """Change the material; a message for the user, or None."""
-        raise NotImplementedError

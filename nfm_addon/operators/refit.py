@@ -18,10 +18,10 @@ from ..fitting.landing import ExistingMaterial
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import FILE_FILTER
 from ..properties import QUALITY_ITEMS
-from .measured_material import EditOperator, active_material
+from .measured_material import OwnMaterialOperator, active_material
 
 
-class _Fits(EditOperator):
+class _Fits(OwnMaterialOperator):
     """What both operators share: the options, and putting a file's model into a material."""
 
     quality: EnumProperty(
