@@ -37,11 +37,16 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Settings:
-    """How to fit; as the arguments of fit.fit_steps."""
+    """How to read and fit: `encoding` as readers.read takes it, the others as fit.fit_steps does.
+
+    The encoding is that of UTIA files; files of other formats, which have no choice, are read as
+    they are.
+    """
 
     weight: str = DEFAULT_WEIGHT
     quality: str = DEFAULT_QUALITY
     prior_strength: float = DEFAULT_STRENGTH
+    encoding: str | None = None
 
 
 @dataclass(frozen=True)
@@ -113,11 +118,12 @@ def fit_one(job: Job, settings: Settings) -> Outcome:
     try:
         with opened(job.path, readers.EXPECTED) as file:
             sha256 = hashlib.file_digest(file.stream, "sha256").hexdigest()
-        kept = _fit_in(job.output, sha256, settings)
+        encoding = readers.offered_encoding(job.path, settings.encoding)
+        kept = kept_fit(job.output, sha256, settings, encoding)
         if kept is not None:
-            return Outcome(job, KEPT, fit=kept)
+            return Outcome(job, KEPT, fit=kept.fit)
         material = fit_measurement(
-            readers.read(job.path),
+            readers.read(job.path, encoding=encoding),
             weight=settings.weight,
             quality=settings.quality,
             prior_strength=settings.prior_strength,
@@ -167,8 +173,14 @@ def _stem(path: Path, is_shared: bool) -> str:
     return path.name if is_shared else material_name(path.name)
 
 
-def _fit_in(output: Path, sha256: str, settings: Settings) -> dict[str, float | int | str] | None:
-    """Figures of a parameter file if it is the fit of this measurement with these settings."""
+def kept_fit(
+    output: Path, sha256: str, settings: Settings, encoding: str | None
+) -> parameter_file.FittedMaterial | None:
+    """What a parameter file holds if it is the fit of this measurement with these settings.
+
+    sha256 : of the measured file
+    encoding : with which it would be read; None if its format has no choice
+    """
     try:
         material = parameter_file.load(output)
     except NfmError:
@@ -178,8 +190,9 @@ def _fit_in(output: Path, sha256: str, settings: Settings) -> dict[str, float | 
         "weight": settings.weight,
         "quality": settings.quality,
         "prior_strength": settings.prior_strength,
+        **({"encoding": encoding} if encoding else {}),
     }
     same = all(material.fit.get(key) == value for key, value in wanted.items())
     if same and material.source is not None and material.source.sha256 == sha256:
-        return material.fit
+        return material
     return None

@@ -65,6 +65,7 @@ def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o",
         "--output",
+        "--out",
         metavar="OUT",
         help="default: the file's name with .nfm.json, here; a folder for a folder",
     )
@@ -82,7 +83,7 @@ def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--encoding",
         choices=sorted(utia.ENCODINGS),
-        help=f"how to take the numbers of a UTIA file; default: {utia.DEFAULT_ENCODING}",
+        help=f"how to take the numbers of UTIA files; default: {utia.DEFAULT_ENCODING}",
     )
     add_quality_option(parser)
     parser.add_argument(
@@ -136,7 +137,9 @@ def _fit_folder(arguments: argparse.Namespace) -> None:
         )
     output = made_folder(Path(arguments.output))
     jobs = batch.jobs_of(Path(arguments.file), output)
-    settings = batch.Settings(arguments.weight, arguments.quality, arguments.prior)
+    settings = batch.Settings(
+        arguments.weight, arguments.quality, arguments.prior, arguments.encoding
+    )
     if arguments.dask:
         running = cluster.run(jobs, settings, arguments.dask)
     else:
