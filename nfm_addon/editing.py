@@ -171,7 +171,7 @@ def refresh(
     else:
         changed = False
     gains = tuple(lobe.gain for lobe in state.sliders.lobes)
-    return live_nodes.set_inputs(group, gains, *_diffuse_map(state)) or changed
+    return live_nodes.set_inputs(group, gains, *diffuse_map(state)) or changed
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:
@@ -278,10 +278,10 @@ def largest_albedo(owner: bpy.types.Material) -> float:
     if not owner.nfm.edit.albedo:
         return 0.0
     sockets = find_group_node(owner).inputs
-    tints = np.array([_color(sockets[name]) for name in LOBE_SOCKETS])
+    tints = np.array([socket_color(sockets[name]) for name in LOBE_SOCKETS])
     gains = np.array([lobe.gain for lobe in state.sliders.lobes])
-    matrix, offset = _diffuse_map(state)
-    diffuse = np.maximum(matrix @ _color(sockets["Diffuse"]) + offset, 0)
+    matrix, offset = diffuse_map(state)
+    diffuse = np.maximum(matrix @ socket_color(sockets["Diffuse"]) + offset, 0)
     lobes = np.array(json.loads(owner.nfm.edit.albedo))
     return float((np.einsum("lvc,lc,l->vc", lobes, tints, gains) + diffuse).max())
 
@@ -320,7 +320,7 @@ def edited_model(owner: bpy.types.Material) -> FactorModel:
     """
     state = state_of(owner)
     model = _model(state, curve_nodes.heights(group_of(owner)))
-    matrix, offset = _diffuse_map(state)
+    matrix, offset = diffuse_map(state)
     gains = np.array([lobe.gain for lobe in state.sliders.lobes])
     measured = state.measured
     return replace(
@@ -374,7 +374,7 @@ def _before_and_after(
 def _within_energy(model: FactorModel, state: State, draft: bool) -> FactorModel:
     """Lobes lowered so that they reflect, with their gains and the diffuse part, no more than 1."""
     gains = np.array([lobe.gain for lobe in state.sliders.lobes])[:, None]
-    matrix, offset = _diffuse_map(state)
+    matrix, offset = diffuse_map(state)
     measured = state.measured
     whole = replace(model, scale=model.scale * gains, diffuse=_diffuse(measured, matrix, offset))
     limited = within_energy(whole, **(_DRAFT_QUADRATURE if draft else {}))
@@ -382,7 +382,7 @@ def _within_energy(model: FactorModel, state: State, draft: bool) -> FactorModel
     return replace(limited, scale=scale, diffuse=model.diffuse)
 
 
-def _diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:
+def diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Affine map (3, 3), (3,) of the Diffuse socket: blend, then hue and saturation.
 
     Where the socket has the measured colour, the blend is that of `fitter.blend`.
@@ -400,7 +400,8 @@ def _diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:
     return matrix * (1 - weight), matrix @ (weight * second)
 
 
-def _color(socket: bpy.types.NodeSocket) -> np.ndarray:
+def socket_color(socket: bpy.types.NodeSocket) -> np.ndarray:
+    """Linear RGB (3,) typed into a socket."""
     return np.array(socket.default_value[:3])
 
 
