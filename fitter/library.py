@@ -102,8 +102,7 @@ def measurement(entry: Entry, rgl_folder: Path) -> AnyMeasurement:
                 "and say with --rgl where it is"
             )
         return readers.read(path)
-    digest = hashlib.sha256(repr(entry.source).encode()).hexdigest()
-    source = Source(f"{SYNTHETIC} {entry.key}", SYNTHETIC, digest)
+    source = synthetic_source(entry)
     if isinstance(entry.source, AnisotropicBrdf):
         table = anisotropic_metrics.tabulate(entry.source)
         valid = np.ones(table.shape[:-1], bool)
@@ -113,6 +112,12 @@ def measurement(entry: Entry, rgl_folder: Path) -> AnyMeasurement:
     below = valid.size - int(valid.sum())
     report = BinReport(total=valid.size, below_horizon=below, negative=0, non_finite=0)
     return Measurement(f_r, valid, source, report)
+
+
+def synthetic_source(entry: Entry) -> Source:
+    """What stands in the place of a file for an analytic BRDF: its own numbers."""
+    digest = hashlib.sha256(repr(entry.source).encode()).hexdigest()
+    return Source(f"{SYNTHETIC} {entry.key}", SYNTHETIC, digest)
 
 
 def fit(entry: Entry, rgl_folder: Path, output: Path) -> bool:

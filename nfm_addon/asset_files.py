@@ -127,7 +127,8 @@ def _write(path: Path, item: bpy.types.Material) -> None:
         bpy.data.libraries.write(str(partial), {item}, fake_user=True, compress=True)
         partial.replace(path)
     except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or error
+        # what Blender says has its own path in it, on several lines
+        reason = getattr(error, "strerror", None) or "see Blender's console"
         raise NfmError(
             f"{shown_name(path)}: cannot be written ({reason}); choose another folder"
         ) from error

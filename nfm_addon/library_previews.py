@@ -11,7 +11,7 @@ from . import demo_light, images, material, rendering
 from .standard_sphere import SphereView, build_scene
 
 SIZE = 192
-SAMPLES = 48  # and a denoiser
+SAMPLES = 64  # and a denoiser
 
 
 def render(parameters: Path, picture: Path, samples: int = SAMPLES, size: int = SIZE) -> None:
