@@ -18,7 +18,7 @@ from ...fitter import batch, parameter_file
 from ...fitter.batch import FAILED, FITTED, KEPT, Outcome
 from ...fitter.errors import NfmError, printable
 from ...fitter.icon import material_icon
-from .. import asset_files, material_library
+from .. import asset_files, material_library, undo
 from ..assets import Metadata
 from .queue import FitResult, queue
 
@@ -70,6 +70,7 @@ class FolderImport:
             batch.write_summary(self.output, self.outcomes)
         except NfmError as error:
             return str(error)
+        undo.push(rpt_("Import Folder"))  # or undoing the next step would take the text away
         if self.show:
             material_library.register_folder(self.output, self.catalogue)
         return rpt_("{:s}: {:s}; the table is in the text {!r}").format(self.name, counts, title)
