@@ -16,7 +16,7 @@ from . import live_nodes
 
 OUTPUT = "Stand-in"
 FRAME = "NFM Stand-in"
-BELOW = -1700  # where the nodes stand, under the curves
+BELOW = -2460  # where the nodes stand, under the curves
 
 
 def put(group: bpy.types.ShaderNodeTree, model: Factors) -> StandIn:
