@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an artist changes about a fitted model: curves by hand, and sliders that mean something.
 
-An edited model is a model like any other of its kind. Reciprocity therefore holds whatever is done to
-the factors, and every number stays finite and not negative. A slider at its neutral value, and a
-curve that is as it was drawn, change no bit of the model.
+An edited model is a model like any other. Reciprocity therefore holds whatever is done to the
+factors, and every number stays finite and not negative. A slider at its neutral value, and a curve
+that is as it was drawn, change no bit of the model.
 
 Two things need no new model, because the shader takes them as inputs: the gain of a lobe, and the
 colour of the diffuse part (`diffuse_map`).

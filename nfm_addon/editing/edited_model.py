@@ -13,21 +13,17 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ...fitter import anisotropic_albedo, edits, limits
+from ...fitter import edits
 from ...fitter.blend import blend, mix
 from ...fitter.curves import Heights
 from ...fitter.edits import Edits
+from ...fitter.energy import within_energy
 from ...fitter.factors import Factors
 from .. import curve_nodes
 from ..node_group import LOBE_SOCKETS, find_group_node
 from .drawn_curves import before_and_after
 from .own_nodes import group_of
 from .state import State, state_of
-
-_WITHIN_ENERGY = {
-    "isotropic": limits.within_energy,
-    "anisotropic": anisotropic_albedo.within_energy,
-}
 
 
 def edited_model(owner: bpy.types.Material) -> Factors:
@@ -93,7 +89,7 @@ def largest_albedo(owner: bpy.types.Material) -> float:
 def _within_energy(model: Factors, state: State) -> Factors:
     """Lobes lowered so that they reflect, with their gains and the diffuse part, no more than 1."""
     gains = _gains(state)[:, None]
-    limited = _WITHIN_ENERGY[model.kind](_with_inputs(model, state))
+    limited = within_energy(_with_inputs(model, state))
     scale = np.where(gains > 0, limited.scale / np.where(gains > 0, gains, 1), 0)
     return replace(limited, scale=scale, diffuse=model.diffuse)
 
