@@ -20,7 +20,7 @@ from .closures import Closure
 from .factors import Factors
 from .geometry import theta_h_centres
 from .model import FactorModel
-from .quadrature import view_quadrature
+from .quadrature import ViewQuadrature, view_quadrature
 from .quick_albedo import views_at
 from .splines import masking_nodes
 from .tables import sampling_tables, versine_nodes
@@ -106,5 +106,9 @@ def matched_alpha(model: FactorModel) -> np.ndarray:
 def _ggx_albedo(alpha: float) -> np.ndarray:
     """Directional albedo (n,) of a white GGX lobe at VIEW_ANGLES, single scattering as Cycles'."""
     lobe = Closure("ggx", alpha)
-    views = [view_quadrature(theta, *POINTS) for theta in np.radians(VIEW_ANGLES).tolist()]
-    return np.array([lobe.columns(view.wi, view.wo).sum(0) @ view.solid_angle for view in views])
+    return np.array([lobe.columns(v.wi, v.wo).sum(0) @ v.solid_angle for v in _ggx_views()])
+
+
+@lru_cache(maxsize=1)
+def _ggx_views() -> list[ViewQuadrature]:
+    return [view_quadrature(theta, *POINTS) for theta in np.radians(VIEW_ANGLES).tolist()]
