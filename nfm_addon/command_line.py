@@ -24,9 +24,9 @@ from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..fitter.progress import Progress
 from . import demo_light, images, material, script_node
+from .editing.rendered_model import rendered_model
 from .evaluate import evaluate_through_osl
 from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
-from .rendered_model import rendered_model
 from .rendering import check_output, render_to_file
 from .standard_sphere import SphereView, build_scene
 

@@ -51,6 +51,7 @@ VERBS = {
         _module("runner.checks"),
         extras=("report", "dask"),
     ),
+    "fuzz": Verb("feed spoiled files to the readers", _module("tests.fuzz"), loads_blender=False),
     "ui-test": Verb("try the add-on in a real window", _module("runner.ui_test")),
     "python": Verb("run the environment's interpreter", ()),
 }

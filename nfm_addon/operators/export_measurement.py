@@ -14,7 +14,7 @@ from bpy_extras.io_utils import ExportHelper
 from ...fitter import export
 from ...fitter.errors import NfmError, shown_name
 from .. import editing
-from ..rendered_model import linked_colors, rendered_model
+from ..editing.rendered_model import linked_colors, rendered_model
 from .measured_material import OwnMaterialOperator, active_material
 
 

@@ -52,7 +52,7 @@ def test_what_is_exported_is_what_is_rendered(blender, addon, build, sphere_scen
     untouched = render(sphere_scene(material, samples=64)).mean((0, 1))
     edit(blender, addon, material)
     wanted = render(sphere_scene(material, samples=64)).mean((0, 1))
-    model = addon("rendered_model").rendered_model(material)
+    model = addon("editing.rendered_model").rendered_model(material)
     alone = addon("material").build(FittedMaterial("alone", model), "REFERENCE")
     np.testing.assert_allclose(
         render(sphere_scene(alone, samples=64)).mean((0, 1)), wanted, rtol=0.01
@@ -65,7 +65,7 @@ def test_merl_round_trip_of_an_edited_material(blender, addon, build, tmp_path):
     edit(blender, addon, material)
     path = tmp_path / "edited.binary"
     export(blender, path)
-    model = addon("rendered_model").rendered_model(material)
+    model = addon("editing.rendered_model").rendered_model(material)
     measurement = merl.read(path)
     for h, d, p in ((3, 20, 90), (20, 5, 10), (40, 30, 170), (60, 40, 60)):
         angles = ((h + 0.5) ** 2 / 90**2 * np.pi / 2, np.radians(d + 0.5), np.radians(p + 0.5))
@@ -92,7 +92,7 @@ def test_utia_round_trip_of_an_edited_anisotropic_material(blender, addon, build
     edit(blender, addon, material)
     path = tmp_path / "edited.bin"
     export(blender, path)
-    model = addon("rendered_model").rendered_model(material)
+    model = addon("editing.rendered_model").rendered_model(material)
     measurement = utia.read_bin(path)
     for i, j, k, m in ((1, 3, 2, 40), (4, 20, 1, 20), (3, 0, 5, 24)):
         wi, wo = (polar(15 * t, 7.5 * p)[None] for t, p in ((i, j), (k, m)))
@@ -119,8 +119,8 @@ def test_linked_sockets_are_left_as_fitted(blender, addon, build, tmp_path):
     color = material.node_tree.nodes.new("ShaderNodeRGB")
     for name in ("Diffuse", "Lobe 2 Scale"):
         material.node_tree.links.new(color.outputs[0], node.inputs[name])
-    assert addon("rendered_model").linked_colors(material) == ["Diffuse", "Lobe 2 Scale"]
-    model = addon("rendered_model").rendered_model(material)
+    assert addon("editing.rendered_model").linked_colors(material) == ["Diffuse", "Lobe 2 Scale"]
+    model = addon("editing.rendered_model").rendered_model(material)
     np.testing.assert_allclose(model.scale, MODELS["paint"].scale)
     np.testing.assert_allclose(model.diffuse, MODELS["paint"].diffuse, rtol=1e-6)
 
@@ -149,7 +149,7 @@ def test_the_verb_applies_the_edits_of_a_preset(blender, addon, build, tmp_path,
         if name == "Diffuse":
             socket.default_value = (*(np.pi * MODELS["paint"].diffuse), 1)
     material.nfm.mute[2] = False
-    wanted = addon("rendered_model").rendered_model(material)
+    wanted = addon("editing.rendered_model").rendered_model(material)
     table = merl.read(output)
     np.testing.assert_allclose(
         table.f_r[table.valid], metrics.tabulate(wanted)[table.valid], rtol=1e-5

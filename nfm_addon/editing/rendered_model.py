@@ -8,9 +8,11 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ..fitter.factors import Factors
-from . import editing, lobes
-from .node_group import LOBE_SOCKETS, find_group_node
+from ...fitter.factors import Factors
+from .. import lobes
+from ..node_group import LOBE_SOCKETS, find_group_node
+from .edited_model import diffuse_map, edited_model, socket_color
+from .state import state_of
 
 
 def linked_colors(owner: bpy.types.Material) -> list[str]:
@@ -33,18 +35,15 @@ def rendered_model(owner: bpy.types.Material) -> Factors:
     Raises
     ------
     ParameterFileError, ShaderError
-        As editing.refresh.
+        As refresh.
     """
-    model = editing.edited_model(owner)
+    model = edited_model(owner)
     sockets, linked = find_group_node(owner).inputs, linked_colors(owner)
     heard = lobes.audible(owner.nfm.mute, owner.nfm.solo)
-    tints = [
-        np.ones(3) if name in linked else editing.socket_color(sockets[name])
-        for name in LOBE_SOCKETS
-    ]
+    tints = [np.ones(3) if name in linked else socket_color(sockets[name]) for name in LOBE_SOCKETS]
     scale = model.scale * np.array(tints) * np.array(heard)[:, None]
     if "Diffuse" in linked:
         return replace(model, scale=scale)
-    matrix, offset = editing.diffuse_map(editing.state_of(owner))
-    albedo = matrix @ editing.socket_color(sockets["Diffuse"]) + offset
+    matrix, offset = diffuse_map(state_of(owner))
+    albedo = matrix @ socket_color(sockets["Diffuse"]) + offset
     return replace(model, scale=scale, diffuse=np.maximum(albedo, 0) / np.pi)
