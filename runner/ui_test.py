@@ -2,7 +2,8 @@
 
 A Blender is given with --blender PATH and runs on the present display or, where there is none, on a
 virtual one (Xvfb). Without it, the window kept by the tool beside the checkout serves, if it is
-there. tests/window/session.py is what happens in the window.
+there. What happens in the window is a session: tests/window/session.py, or --session NAME for
+another one of that folder.
 """
 
 import argparse
@@ -109,7 +110,7 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="nfm-ui-") as folder:
         project = Path(folder)
         try:
-            status = _run(options.blender, project)
+            status = _run(options.blender, options.session, project)
         except (SetupError, subprocess.TimeoutExpired) as error:
             say(str(error))
             status = FAILED
@@ -124,15 +125,18 @@ def main(arguments: list[str]) -> int:
 def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="nfm ui-test", description=__doc__)
     parser.add_argument("--blender", type=Path, metavar="PATH", help="a full Blender, 4.5 or later")
+    parser.add_argument(
+        "--session", default="session", metavar="NAME", help="session (the default) or curves"
+    )
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="keep the screenshots here")
     return parser.parse_args(arguments)
 
 
-def _run(blender: Path | None, project: Path) -> int:
+def _run(blender: Path | None, session: str, project: Path) -> int:
     package = build_package(project)
     _write_samples(project)
-    for name in ("driver.py", "session.py"):
-        shutil.copy(CHECKOUT / "tests" / "window" / name, project)
+    for name in ("driver", session):
+        shutil.copy(CHECKOUT / "tests" / "window" / f"{name}.py", project)
     launcher = _launcher(blender, project)
     inside = launcher.project
     say("installing the extension")
@@ -142,7 +146,7 @@ def _run(blender: Path | None, project: Path) -> int:
     say("a session in the window")
     return launcher.run(
         *("--enable-event-simulate", "--python-expr", FRESH_SETTINGS),
-        *("--python", f"{inside}/session.py", "--", inside),
+        *("--python", f"{inside}/{session}.py", "--", inside),
     )
 
 
