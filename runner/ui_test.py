@@ -2,7 +2,8 @@
 
 A Blender is given with --blender PATH and runs on the present display or, where there is none, on a
 virtual one (Xvfb). Without it, the window kept by the tool beside the checkout serves, if it is
-there. tests/window/session.py is what happens in the window.
+there. What happens in the window is a session: tests/window/session.py, or --session NAME for
+another one of that folder.
 """
 
 import argparse
@@ -25,7 +26,7 @@ WINDOW_TOOL = CHECKOUT.parent / "shared" / "tools" / "blender_window.sh"
 WINDOW_ROOT = Path(os.environ.get("NFM_WINDOW_ROOT", "/var/tmp/window"))
 
 # Files of tests/window: an artist with a measured file, and the material library.
-SESSIONS = ("session", "library")
+SESSIONS = ("session", "library", "curves")
 
 SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
 FRESH_SETTINGS = """import bpy
