@@ -124,12 +124,15 @@ def is_drafted(owner: bpy.types.Material) -> bool:
 
 
 def has_own_nodes(owner: bpy.types.Material) -> bool:
-    """Whether there is a node group with a shader in this file, which can be changed."""
+    """Whether a material can be changed: it is not linked, and has, or can have, its own group.
+
+    A library override has the linked group until `own_group` copies it.
+    """
     try:
-        group = group_of(owner)
+        group_of(owner)
     except ShaderError:
         return False
-    return not (owner.library or group.library or group.override_library)
+    return owner.library is None
 
 
 def give_up(owner: bpy.types.Material, settings: bpy.types.PropertyGroup | None = None) -> None:
@@ -153,8 +156,8 @@ def refresh(
     ParameterFileError
         The stored parameters were damaged.
     ShaderError
-        This Blender cannot compile the shader, the material has lost its Script node, or its node
-        group is linked.
+        This Blender cannot compile the shader, or the material has lost its Script node or is
+        linked.
     """
     state = state_of(owner, settings)
     digest = state.digest()
@@ -171,7 +174,11 @@ def refresh(
     else:
         changed = False
     gains = tuple(lobe.gain for lobe in state.sliders.lobes)
-    return live_nodes.set_inputs(group, gains, *_diffuse_map(state)) or changed
+    wanted = live_nodes.inputs(gains, *_diffuse_map(state))
+    if not live_nodes.differ(group, wanted):
+        return changed
+    live_nodes.write(own_group(owner), wanted)
+    return True
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:
@@ -258,7 +265,7 @@ def apply_document(owner: bpy.types.Material, document: EditDocument) -> None:
     Raises
     ------
     ShaderError
-        The material has lost its Script node, or its node group is linked.
+        The material has lost its Script node or is linked.
     """
     edited = {
         name: handles
@@ -289,18 +296,24 @@ def largest_albedo(owner: bpy.types.Material) -> float:
 def own_group(owner: bpy.types.Material) -> bpy.types.ShaderNodeTree:
     """The node group of a material, which gets a copy where others have the same.
 
+    Of a library override that copy is in this file, and the override keeps it.
+
     Raises
     ------
     ShaderError
-        The group is linked from another file.
+        The material is linked from another file.
     """
     node = find_group_node(owner)
     group = node.node_tree
-    if group.library or group.override_library:
+    if owner.library:
         raise ShaderError(
-            f"material {owner.name!r} has a node group from another file; make it local first"
+            f"material {owner.name!r} is linked from another file; make a library override first"
         )
-    if any(other != owner and _has_group(other, group) for other in measured_materials()):
+    if group.override_library:  # a copy of it would be an override again, whose nodes are fixed
+        group = node.node_tree = group.override_library.reference.copy()
+    elif group.library or any(
+        other != owner and _has_group(other, group) for other in measured_materials()
+    ):
         group = node.node_tree = group.copy()
     return group
 

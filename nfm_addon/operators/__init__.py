@@ -14,6 +14,7 @@ register, unregister = register_submodule_factory(
         "export_parameters",
         "give_lamps_size",
         "import_measurement",
+        "make_editable",
         "refit",
         "reset_edits",
         "reset_material",
