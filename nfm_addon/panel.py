@@ -35,10 +35,19 @@ class _MeasuredBrdf:
 
 
 class NFM_PT_material(InMaterialProperties, _MeasuredBrdf, bpy.types.Panel):
-    """Above the panels that every material has."""
+    """Above the panels that every material has, where Blender puts those without a header.
+
+    So it brings one itself.
+    """
 
     bl_idname = "NFM_PT_material"
-    bl_order = -1
+    bl_options = {"HIDE_HEADER"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        header, body = self.layout.panel("NFM_PT_measured")
+        header.label(text=self.bl_label)
+        if body:
+            draw_material(body, context, context.material)
 
 
 class NFM_PT_material_nodes(InShaderEditor, _MeasuredBrdf, bpy.types.Panel):

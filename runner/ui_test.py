@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -25,6 +26,7 @@ WINDOW_TOOL = CHECKOUT.parent / "shared" / "tools" / "blender_window.sh"
 WINDOW_ROOT = Path(os.environ.get("NFM_WINDOW_ROOT", "/var/tmp/window"))
 
 SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
+FITTED = "third.nfm.json"
 FRESH_SETTINGS = """import bpy
 view = bpy.context.preferences.view
 view.show_splash, view.filebrowser_display_type, view.use_save_prompt = False, "SCREEN", False
@@ -131,8 +133,8 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
 def _run(blender: Path | None, project: Path) -> int:
     package = build_package(project)
     _write_samples(project)
-    for name in ("driver.py", "session.py"):
-        shutil.copy(CHECKOUT / "tests" / "window" / name, project)
+    for script in (CHECKOUT / "tests" / "window").glob("*.py"):
+        shutil.copy(script, project)
     launcher = _launcher(blender, project)
     inside = launcher.project
     say("installing the extension")
@@ -162,10 +164,12 @@ def build_package(folder: Path) -> Path:
 
 
 def _write_samples(folder: Path) -> None:
-    from fitter import synthetic
+    from fitter import fit_file, parameter_file, synthetic
 
     for name, sample in SAMPLES.items():
         synthetic.write_sample(folder / name, sample)
+    fitted = fit_file.material_from_file(str(folder / next(iter(SAMPLES))), quality="draft")
+    parameter_file.save(folder / FITTED, replace(fitted, name="third"))
 
 
 def _launcher(blender: Path | None, project: Path) -> Launcher:

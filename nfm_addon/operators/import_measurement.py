@@ -33,7 +33,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     """bpy.ops.nfm.import_measurement(filepath=..., sampling='NATIVE', quality='STANDARD')."""
 
     bl_idname = "nfm.import_measurement"
-    bl_label = "Import Measured BRDF"
+    bl_label = "Import BRDF"
     bl_description = (
         "Fit measured BRDFs or load fitted ones (.nfm.json), and put the material on the selected "
         "objects. The format is recognised by the content. Fits run beside the interface; Esc "
@@ -93,8 +93,8 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             self.quality = preferences_of(context).quality
         if not self.files:
             return ImportHelper.invoke(self, context, event)
-        if under_mouse := drop.object_under_mouse(context, event):
-            self._targets = [under_mouse.session_uid]
+        if target := drop.target(context, event):
+            self._targets = [target.session_uid]
         return self.execute(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -77,6 +77,7 @@ def drawn(blender, addon):
             window_manager=blender.context.window_manager,
         )
         panel = SimpleNamespace(layout=Notes(blender, lines))
+        panel.bl_label = "Measured BRDF"
         addon("panel").NFM_PT_material.draw(panel, context)
         return lines
 
@@ -124,7 +125,8 @@ def test_poll(blender, material):
 
 
 def test_comes_before_the_panels_of_every_material(blender):
-    assert blender.types.NFM_PT_material.bl_order < 0
+    """Where Blender puts those without a header; it has a heading of its own."""
+    assert "HIDE_HEADER" in blender.types.NFM_PT_material.bl_options
 
 
 @pytest.mark.parametrize("kind", ["material", "none"])
@@ -148,6 +150,7 @@ def test_shows_everything_in_order(material, drawn):
         ("Native Lobes", "98.5 % of the light"),
     )
     assert drawn(material) == [
+        ("label", "Measured BRDF", "NONE"),
         *(("label", text, "NONE") for fact in facts for text in fact),
         ("prop", "sampling"),
         ("label", "Error", "NONE"),
@@ -247,7 +250,7 @@ def test_offers_to_set_up_rendering(blender, material, drawn):
 
 def test_without_a_source(material, texts):
     material.nfm.source = ""
-    assert texts(material)[:2] == ["Model", "3 lobes, 822 numbers"]
+    assert texts(material)[1:3] == ["Model", "3 lobes, 822 numbers"]
 
 
 def test_a_material_without_its_nodes_is_told(material, texts):
