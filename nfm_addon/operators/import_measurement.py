@@ -13,20 +13,14 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import is_parameter_file, material_from_file
-from ...fitter.quality import DEFAULT_QUALITY
 from .. import drop
 from ..assignment import targets_of
+from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting import landing
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import DROPPED_SUFFIXES, FILE_FILTER, SUFFIXES
 from ..preferences import preferences_of
-from ..properties import (
-    AUTOMATIC,
-    DEFAULT_SAMPLING,
-    ENCODING_ITEMS,
-    QUALITY_ITEMS,
-    SAMPLING_ITEMS,
-)
+from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 
 
 class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
@@ -48,25 +42,14 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}
     )
     filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
-    quality: EnumProperty(
-        name="Quality",
-        description="How long the fit of a measured file may take",
-        items=QUALITY_ITEMS,
-        default=DEFAULT_QUALITY.upper(),
-    )
+    quality: quality_option("How long the fit of a measured file may take")
     sampling: EnumProperty(
         name="Sampling",
         description="How Cycles samples the material; can be changed later",
         items=SAMPLING_ITEMS,
         default=DEFAULT_SAMPLING,
     )
-    encoding: EnumProperty(
-        name="Encoding",
-        description="How the numbers of a UTIA file (.bin, .exr) are taken; other formats have no "
-        "choice",
-        items=ENCODING_ITEMS,
-        default=AUTOMATIC,
-    )
+    encoding: encoding_option()
     assign: BoolProperty(
         name="Assign to Selection",
         description="Put the material on the selected objects, or the active one where none is "
@@ -78,13 +61,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         description="Show the material in the asset browser, with a picture and tags",
         default=False,
     )
-    wait: BoolProperty(
-        name="Wait",
-        description="Return when the fit is finished, as a script wants it; always so in the "
-        "background",
-        default=False,
-        options={"HIDDEN", "SKIP_SAVE"},
-    )
+    wait: wait_option()
 
     _targets: list[int] | None = None
 
@@ -109,7 +86,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             if waits or is_parameter_file(path):
                 done += self._land(context, place)
             else:
-                queue.add(Job(path, self.quality.lower(), place, self._encoding()))
+                queue.add(Job(path, self.quality.lower(), place, encoding_name(self.encoding)))
                 done += 1
         if queue.jobs and not waits:
             bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
@@ -121,9 +98,6 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             return [str(folder / item.name) for item in self.files]
         return [bpy.path.abspath(self.filepath)]
 
-    def _encoding(self) -> str | None:
-        return None if self.encoding == AUTOMATIC else self.encoding
-
     def _land(self, context: bpy.types.Context, place: landing.NewMaterial) -> bool:
         """Fit or load at once; whether that went well."""
         progress = context.window_manager
@@ -131,7 +105,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         try:
             fitted = material_from_file(
                 place.path,
-                encoding=self._encoding(),
+                encoding=encoding_name(self.encoding),
                 quality=self.quality.lower(),
                 on_step=lambda step: progress.progress_update(step.progress),
             )

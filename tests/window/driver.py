@@ -97,12 +97,18 @@ class Window:
         raise AssertionError(f"no button {path} in {area.type}")
 
     def until(self, what, done, pause=0.1):
-        """Wait until a condition holds, looked at with pauses of so many seconds."""
-        start = time.monotonic()
+        """Wait until a condition holds, looked at with pauses of so many seconds.
+
+        Tells how long that took, and the longest time for which the interface stood still.
+        """
+        start = last = time.monotonic()
+        still = 0.0
         while not done():
-            assert time.monotonic() < start + PATIENCE, f"waited in vain until {what}"
+            assert last < start + PATIENCE, f"waited in vain until {what}"
             yield pause
-        print(f"session: {what} ({time.monotonic() - start:.1f} s)", flush=True)
+            now = time.monotonic()
+            still, last = max(still, now - last - pause), now
+        print(f"session: {what} ({last - start:.1f} s, still {still:.1f} s)", flush=True)
 
     def picture(self, name):
         """Take a picture of the screen, once everything is drawn; its path."""
