@@ -36,7 +36,12 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     # no UNDO: the step is made when the material is, see fitting/landing.py
     bl_options = {"REGISTER", "PRESET"}
 
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="A measured file or an .nfm.json file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(
         type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}

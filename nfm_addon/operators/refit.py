@@ -90,7 +90,12 @@ class NFM_OT_replace_measurement(_Fits, bpy.types.Operator, ImportHelper):
     )
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="A measured file or an .nfm.json file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
     encoding: encoding_option()
 
