@@ -32,7 +32,7 @@ FRESH_SETTINGS = """import bpy
 view = bpy.context.preferences.view
 view.show_splash, view.filebrowser_display_type, view.use_save_prompt = False, "SCREEN", False
 """
-SECONDS = 840
+SECONDS = 840  # that a session may take, unless told otherwise
 FAILED = 1
 
 
@@ -51,8 +51,8 @@ class Launcher(Protocol):
 class Executable:
     """A Blender of this machine."""
 
-    def __init__(self, blender: Path, project: Path) -> None:
-        self._blender, self.project = blender, str(project)
+    def __init__(self, blender: Path, project: Path, seconds: int = SECONDS) -> None:
+        self._blender, self.project, self._seconds = blender, str(project), seconds
         self._user = project / "user"
         self._user.mkdir()
 
@@ -66,7 +66,7 @@ class Executable:
         variables = os.environ | {"BLENDER_USER_RESOURCES": str(self._user)}
         with _display(needed="--command" not in arguments) as display:
             return subprocess.run(
-                [self._blender, *arguments], env=variables | display, timeout=SECONDS
+                [self._blender, *arguments], env=variables | display, timeout=self._seconds
             ).returncode
 
 
@@ -75,8 +75,8 @@ class WindowTool:
 
     project = "/project"
 
-    def __init__(self, project: Path) -> None:
-        self._folder, self._user = project, project / "user"
+    def __init__(self, project: Path, seconds: int = SECONDS) -> None:
+        self._folder, self._user, self._seconds = project, project / "user", seconds
 
     def prepare(self) -> None:
         """Have the tool make its root, where Blender comes from."""
@@ -96,7 +96,7 @@ class WindowTool:
     def run(self, *arguments: str) -> int:
         """Run it; the tool brings the display."""
         options = ["--project", self._folder, "--user-dir", self._user]
-        options += ["--size", "1600x1000", "--time-limit", SECONDS]
+        options += ["--size", "1600x1000", "--time-limit", self._seconds]
         return subprocess.run(
             [*map(str, [WINDOW_TOOL, "run", WINDOW_ROOT, *options, "--"]), *arguments]
         ).returncode
@@ -137,7 +137,7 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="nfm-ui-") as folder:
         project = Path(folder)
         try:
-            launcher = _launcher(options.blender, project)
+            launcher = _launcher(options.blender, project, options.time_limit)
             launcher.prepare()
         except (SetupError, subprocess.TimeoutExpired) as reason:
             say(str(reason))
@@ -162,6 +162,7 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="nfm ui-test", description=__doc__)
     parser.add_argument("--blender", type=Path, metavar="PATH", help="a full Blender, 4.5 or later")
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="keep the screenshots here")
+    parser.add_argument("--time-limit", type=int, metavar="SECONDS", default=SECONDS)
     parser.add_argument(
         "--if-possible",
         action="store_true",
@@ -211,14 +212,14 @@ def _write_samples(folder: Path) -> None:
     parameter_file.save(folder / FITTED, replace(fitted, name="third"))
 
 
-def _launcher(blender: Path | None, project: Path) -> Launcher:
+def _launcher(blender: Path | None, project: Path, seconds: int = SECONDS) -> Launcher:
     if blender:
         if not os.access(blender, os.X_OK):
             raise SetupError(f"{blender} is not a program that can be run")
-        return Executable(blender.resolve(), project)
+        return Executable(blender.resolve(), project, seconds)
     if not WINDOW_TOOL.exists():
         raise SetupError(f"there is no {WINDOW_TOOL}; give a full Blender with --blender PATH")
-    return WindowTool(project)
+    return WindowTool(project, seconds)
 
 
 if __name__ == "__main__":

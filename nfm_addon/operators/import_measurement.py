@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 from bpy.utils import register_classes_factory
@@ -13,12 +14,13 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import is_parameter_file, material_from_file
-from .. import drop
+from .. import drop, formats
 from ..assignment import targets_of
 from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting import landing
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import DROPPED_SUFFIXES, FILE_FILTER, SUFFIXES
+from ..panel_text import fact
 from ..preferences import preferences_of
 from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 
@@ -78,6 +80,23 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         if target := drop.target(context, event):
             self._targets = [target.session_uid]
         return self.execute(context)
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        found = formats.name_of(self.filepath)
+        fact(layout, iface_("Format"), found or iface_("By content"))
+        column = layout.column()
+        column.enabled = found != "NFM"  # which needs no fit
+        column.prop(self, "quality")
+        layout.prop(self, "sampling")
+        row = layout.row()
+        row.enabled = formats.has_encodings(self.filepath)
+        row.prop(self, "encoding")
+        column = layout.column(align=True)
+        column.prop(self, "assign")
+        column.prop(self, "as_asset")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         targets = self._targets or targets_of(context) if self.assign else []

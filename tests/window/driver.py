@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-PATIENCE = 120  # seconds that anything may take
+PATIENCE = 240  # seconds that anything may take
 PAGES = 8  # to scroll through in search of a button
 XDND = Path(__file__).with_name("xdnd.py")
 

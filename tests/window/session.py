@@ -81,10 +81,24 @@ def open_browser(window, *names, picture=None, **options):
     parameters.directory, parameters.filename = str(FOLDER).encode(), names[0]
     yield 0.5
     if picture:
+        yield from save_operator_preset(window, browser)
         yield from window.picture(picture)
     window.move(browser.x + browser.width / 2, browser.y + browser.height / 2)
     yield 0.3
     window.key("RET")
+
+
+def save_operator_preset(window, browser):
+    """What the button + beside Operator Presets does."""
+    operator = browser.spaces.active.active_operator
+    operator.sampling = "SMOOTH"
+    preset = {"name": "Smooth", "operator": operator.bl_idname}
+    with window.override(browser):
+        bpy.ops.wm.operator_preset_add(**preset)
+    (path,) = Path(bpy.utils.user_resource("SCRIPTS")).rglob("smooth.py")
+    assert "op.sampling = 'SMOOTH'" in path.read_text(encoding="utf-8")
+    operator.sampling = "NATIVE"
+    yield 0.3
 
 
 def import_and_watch(window):
@@ -139,6 +153,7 @@ def undo_the_import(window):
 def drop_files(window):
     """From another program: onto the object that is not selected, then onto the shader editor."""
     kept = material()
+    bpy.context.preferences.addons[ADDON.rpartition(".")[0]].preferences.quality = "DRAFT"
     view = window.area("VIEW_3D")
     assert not bpy.data.objects["Ball"].select_get()
     yield from window.drop(*place_of(window, "Ball"), FOLDER / "third.nfm.json")
@@ -153,6 +168,7 @@ def drop_files(window):
     assert material("Ball").name == "third"
     yield from window.until("the second one is fitted", lambda: not queue().jobs)
     assert bpy.data.materials["second"].use_fake_user
+    assert bpy.data.materials["second"].nfm.quality == "draft"  # as preferred
     view.ui_type = "ShaderNodeTree"
     yield 1.0
     yield from window.drop(
