@@ -130,7 +130,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def _on_draw() -> None:
-    """An editor that may show curves is drawn: has one of its material's been dragged?"""
+    """See whether a curve was dragged, when an editor that may show curves is drawn."""
     context = bpy.context
     item = getattr(context, "material", None) or getattr(context.space_data, "id", None)
     if not (isinstance(item, bpy.types.Material) and item.nfm.parameters):

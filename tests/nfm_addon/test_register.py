@@ -82,6 +82,7 @@ def test_twice_registered_and_unregistered(run_python):
         "install_library",
         "keep_energy",
         "load_edits",
+        "make_editable",
         "paste_curve",
         "paste_lobe",
         "refit",
@@ -105,6 +106,7 @@ def test_twice_registered_and_unregistered(run_python):
             "NFM_PG_material",
             "NFM_PG_plot",
             "NFM_PT_edit",
+            "NFM_PT_edit_nodes",
             "NFM_PT_material",
             "NFM_PT_material_nodes",
         ]
