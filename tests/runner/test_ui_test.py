@@ -30,8 +30,11 @@ def test_a_blender_that_is_none_is_told(tmp_path):
         ui_test._launcher(path, tmp_path)
 
 
+@pytest.mark.parametrize("session", ["session", "curves"])
 @pytest.mark.parametrize("installing", [0, 3])
-def test_the_session_follows_the_installation_if_that_went_well(installing, tmp_path, monkeypatch):
+def test_the_session_follows_the_installation_if_that_went_well(
+    session, installing, tmp_path, monkeypatch
+):
     calls = []
 
     class Fake:
@@ -45,7 +48,9 @@ def test_the_session_follows_the_installation_if_that_went_well(installing, tmp_
     monkeypatch.setattr(ui_test, "build_package", lambda _folder: package)
     monkeypatch.setattr(ui_test, "_write_samples", lambda _folder: None)
     monkeypatch.setattr(ui_test, "_launcher", lambda *_: Fake())
-    assert ui_test._run(None, tmp_path) == installing
+    assert ui_test._run(None, session, tmp_path) == installing
     assert calls[0][-1] == "/project/nfm-1.zip"
     assert len(calls) == (1 if installing else 2)
-    assert (tmp_path / "session.py").is_file()
+    assert (tmp_path / f"{session}.py").is_file()
+    if not installing:
+        assert f"/project/{session}.py" in calls[1]
