@@ -25,6 +25,9 @@ from .messages import SetupError, say
 WINDOW_TOOL = CHECKOUT.parent / "shared" / "tools" / "blender_window.sh"
 WINDOW_ROOT = Path(os.environ.get("NFM_WINDOW_ROOT", "/var/tmp/window"))
 
+# Files of tests/window: an artist with a measured file, and the material library.
+SESSIONS = ("session", "library", "curves")
+
 SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
 FRESH_SETTINGS = """import bpy
 view = bpy.context.preferences.view
@@ -110,7 +113,7 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="nfm-ui-") as folder:
         project = Path(folder)
         try:
-            status = _run(options.blender, options.session, project)
+            status = _run(options.blender, project, options.session)
         except (SetupError, subprocess.TimeoutExpired) as error:
             say(str(error))
             status = FAILED
@@ -126,17 +129,17 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="nfm ui-test", description=__doc__)
     parser.add_argument("--blender", type=Path, metavar="PATH", help="a full Blender, 4.5 or later")
     parser.add_argument(
-        "--session", default="session", metavar="NAME", help="session (the default) or curves"
+        "--session", choices=SESSIONS, default=SESSIONS[0], help="which part; default: session"
     )
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="keep the screenshots here")
     return parser.parse_args(arguments)
 
 
-def _run(blender: Path | None, session: str, project: Path) -> int:
+def _run(blender: Path | None, project: Path, session: str) -> int:
     package = build_package(project)
     _write_samples(project)
-    for name in ("driver", session):
-        shutil.copy(CHECKOUT / "tests" / "window" / f"{name}.py", project)
+    for name in ("driver.py", f"{session}.py"):
+        shutil.copy(CHECKOUT / "tests" / "window" / name, project)
     launcher = _launcher(blender, project)
     inside = launcher.project
     say("installing the extension")

@@ -79,9 +79,9 @@ def largest_albedo(owner: bpy.types.Material) -> float:
         return 0.0
     state = State(owner.nfm, {})
     sockets = find_group_node(owner).inputs
-    tints = np.array([_color(sockets[name]) for name in LOBE_SOCKETS])
+    tints = np.array([socket_color(sockets[name]) for name in LOBE_SOCKETS])
     matrix, offset = diffuse_map(state)
-    diffuse = np.maximum(matrix @ _color(sockets["Diffuse"]) + offset, 0)
+    diffuse = np.maximum(matrix @ socket_color(sockets["Diffuse"]) + offset, 0)
     lobes = np.array(json.loads(owner.nfm.edit.albedo))
     return float((np.einsum("lvc,lc,l->vc", lobes, tints, _gains(state)) + diffuse).max())
 
@@ -105,5 +105,6 @@ def _gains(state: State) -> np.ndarray:
     return np.array([lobe.gain for lobe in state.sliders.lobes])
 
 
-def _color(socket: bpy.types.NodeSocket) -> np.ndarray:
+def socket_color(socket: bpy.types.NodeSocket) -> np.ndarray:
+    """Linear RGB (3,) typed into a socket."""
     return np.array(socket.default_value[:3])
