@@ -130,13 +130,16 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def _on_draw() -> None:
-    """See whether a curve was dragged, when an editor that may show curves is drawn."""
-    context = bpy.context
-    item = getattr(context, "material", None) or getattr(context.space_data, "id", None)
-    if not (isinstance(item, bpy.types.Material) and item.nfm.parameters):
-        return
-    if editing.has_own_nodes(item) and not editing.is_drafted(item):
+    """See whether a curve of the material that an editor shows is being dragged."""
+    item = _shown_material(bpy.context)
+    if item and editing.has_own_nodes(item) and not editing.is_drafted(item):
         request()
+
+
+def _shown_material(context: bpy.types.Context) -> bpy.types.Material | None:
+    """The measured material that a properties or node editor shows."""
+    item = getattr(context, "material", None) or getattr(context.space_data, "id", None)
+    return item if isinstance(item, bpy.types.Material) and item.nfm.parameters else None
 
 
 @persistent
