@@ -141,20 +141,27 @@ class AppearanceError:
         return np.array(out).reshape(len(self.views), 1 + len(self.exposure), 3)
 
     def residual_and_jacobian(self, model: FactorModel) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals r (n,) with `value` = r . r, and their derivatives (n, 822).
+        """Residuals r (n,) with `value` = r . r, and their derivatives (n, 822), float32.
 
         To the logarithms of D, F, G and s and to d, in the order of `joint`.
         """
         shape = (len(self.views), 1 + len(self.exposure), 3)
         factors = (model.ndf, model.fresnel, model.masking, model.scale, model.diffuse)
-        derivatives = [np.zeros((*shape, *factor.shape)) for factor in factors]
+        ends = np.cumsum([factor.size for factor in factors])
+        # single precision is enough for slopes, and twice as quick
+        jacobian = np.zeros((*shape, ends[-1]), np.float32)
         seen = np.empty(shape)
         for number, view in enumerate(self.views):
-            seen[number] = _differentiate(model, view, [d[number] for d in derivatives])
+            parts = np.split(jacobian[number], ends[:-1], axis=-1)
+            of_factors = [
+                part.reshape(*shape[1:], *factor.shape)
+                for part, factor in zip(parts, factors, strict=True)
+            ]
+            assert all(np.shares_memory(jacobian, part) for part in of_factors)
+            seen[number] = _differentiate(model, view, of_factors)
         residual, slope = self._residual(seen)
-        rows = [d.reshape(seen.size, np.prod(d.shape[3:])) for d in derivatives]
-        flat = np.concatenate(rows, axis=1)
-        return residual, slope[:, None] * flat
+        jacobian *= slope.reshape(*shape, 1)
+        return residual, jacobian.reshape(seen.size, ends[-1])
 
     def _residual(self, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n,) of linear values and their derivatives to those."""
@@ -238,16 +245,13 @@ def _lobes(model: FactorModel, view: _View) -> tuple[np.ndarray, ...]:
     return amplitudes * (masking_i * masking_o)[:, None], amplitudes, masking_i, masking_o
 
 
-def _differentiate(
-    model: FactorModel, view: _View, derivatives: list[np.ndarray]
-) -> np.ndarray:
+def _differentiate(model: FactorModel, view: _View, derivatives: list[np.ndarray]) -> np.ndarray:
     """Fill the derivatives of one view's values to D, F, G, s and d; returns the values.
 
     derivatives : of the values (lights, 3) to each factor, zero at first
     """
     ndf, fresnel, masking, scale, diffuse = derivatives
     lobes, amplitudes, masking_i, masking_o = _lobes(model, view)
-    # single precision is enough for slopes, and twice as quick
     short, bare = lobes.astype(np.float32), amplitudes.astype(np.float32)
     seen = view.light @ lobes.sum(0).T + view.diffuse_weight[:, None] * model.diffuse
     for m in range(model.n_lobes):

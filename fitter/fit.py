@@ -76,11 +76,11 @@ class FitStep:
 
     stage : "sweep 1", "explore 1" ..., "refine", "appearance", "polish", "limit"; the objective is
         comparable within one
-    objective : (E + appearance_error) e^disorder, what the stage minimises
+    objective : joint.objective_of, what the stage minimises
     model : the model now, in the fixed gauge
     progress : 0..1 of the expected work
     strength : of the prior in the objective
-    appearance_error : AppearanceError.value in the stages that look at it, else 0
+    appearance : that the objective looks at, if any
     """
 
     stage: str
@@ -88,13 +88,14 @@ class FitStep:
     model: Factors
     progress: float
     strength: float
-    appearance_error: float = 0.0
+    appearance: AppearanceError | None = None
 
     @property
     def error(self) -> float:
         """E of eq. 2 relative to sum w rho^2."""
         both = self.objective / np.exp(prior.disorder(self.model, self.strength))
-        return float(max(both - self.appearance_error, 0))
+        seen = self.appearance.value(self.model) if self.appearance else 0
+        return float(max(both - seen, 0))
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,9 @@ def fit_steps(
     spare = max(work.refine_steps - run.n_steps, 0)
     run.done -= spare
     n_steps = work.appearance_steps + spare
-    yield from run.stage("appearance", until_converged(steps, n_steps), n_steps, strength, appearance)
+    yield from run.stage(
+        "appearance", until_converged(steps, n_steps), n_steps, strength, appearance
+    )
     if work.polish_steps:
         problem = make_problem(measurement, weight=weight, n_angles=work.polish_angles)
         strength = felt_strength(prior_strength, problem, run.model)
@@ -217,8 +220,7 @@ class _Run:
         for i, (model, objective) in enumerate(steps):
             self.model = model
             progress = min((self.done + unit * i) / self.total, 1)
-            appearance_error = appearance.value(model) if appearance else 0.0
-            yield FitStep(name, objective, model, progress, strength, appearance_error)
+            yield FitStep(name, objective, model, progress, strength, appearance)
             self.n_steps = i + 1
         self.done += budget
 
@@ -361,7 +363,11 @@ def _polish(
 
 
 def _smoothed(
-    problem: Problem, model: FactorModel, objective: float, bound: float, appearance: AppearanceError
+    problem: Problem,
+    model: FactorModel,
+    objective: float,
+    bound: float,
+    appearance: AppearanceError,
 ) -> tuple[FactorModel, float]:
     """Filter G as much as the bound on the objective allows, the linear factors re-solved."""
     smooth = gaussian_filtered(model.masking, SMOOTHING_SIGMA)

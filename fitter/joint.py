@@ -179,7 +179,7 @@ def _add_appearance(
     """Add J' J and -J' r of the error of appearance, and return it."""
     residual, jacobian = appearance.residual_and_jacobian(model)
     normal += problem.target_energy * (jacobian.T @ jacobian)
-    gradient -= problem.target_energy * (jacobian.T @ residual)
+    gradient -= problem.target_energy * (jacobian.T @ residual.astype(jacobian.dtype))
     return float(residual @ residual)
 
 

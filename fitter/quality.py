@@ -42,9 +42,9 @@ class Quality(Work):
 
 
 QUALITIES = {
-    "draft": Quality(1, 6, 0, 8, 8, 0, 5, 180, 0, 180),
-    "standard": Quality(3, 6, 4, 24, 8, 8, 5, 360, 4, 720),
-    "best": Quality(5, 12, 8, 60, 12, 16, 5, 360, 24, 720),
+    "draft": Quality(1, 6, 0, 6, 8, 4, 5, 180, 0, 180),
+    "standard": Quality(3, 6, 4, 20, 10, 8, 5, 360, 3, 720),
+    "best": Quality(5, 12, 8, 60, 40, 8, 5, 360, 12, 720),
 }
 ANISOTROPIC_QUALITIES = {
     "draft": Work(1, 4, 0, 10),

@@ -149,7 +149,12 @@ def test_objective_is_that_of_the_model(two_lobes, two_lobe_steps):
     last = two_lobe_steps[-1]
     # the strength is felt less than it is: not all of E can be taken away
     felt, full = (
-        joint.objective_of(problem, last.model, strength, AppearanceError.of(two_lobes, quality.QUALITIES["standard"].maps))
+        joint.objective_of(
+            problem,
+            last.model,
+            strength,
+            AppearanceError.of(two_lobes, quality.QUALITIES["standard"].maps),
+        )
         for strength in (0, prior.DEFAULT_STRENGTH)
     )
     assert felt < last.objective < full
