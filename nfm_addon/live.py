@@ -3,7 +3,7 @@
 
 Nothing is done while something else changes: Blender says which kinds of data were updated, and
 only node trees and materials are looked at. What needs doing is always found by comparing states
-(editing.py), never remembered, so undo, redo and loading a file need no care of their own.
+(editing/state.py), never remembered, so undo, redo and loading a file need no care of their own.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..fitter.errors import NfmError
-from . import editing
+from . import changes, editing
 
 # Updates come at the rate of the mouse; those of this many seconds become one shader.
 PAUSE = 0.03
@@ -104,6 +104,10 @@ def _editable() -> Iterator[bpy.types.Material]:
     return filter(editing.has_own_nodes, editing.measured_materials())
 
 
+def _on_edit(_material: bpy.types.Material) -> None:
+    request()
+
+
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not (depsgraph.id_type_updated("NODETREE") or depsgraph.id_type_updated("MATERIAL")):
@@ -170,11 +174,13 @@ _HANDLERS = {
 
 
 def register() -> None:
+    changes.edits.listen(_on_edit)
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
+    changes.edits.forget(_on_edit)
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     _Timer.stop()

@@ -16,7 +16,7 @@ from ..fitter import parameter_file
 from ..fitter.errors import NfmError, printable
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import editing, node_group, script_node, stand_in
+from . import changes, editing, lobes, node_group, script_node, stand_in
 from .editing import fitted_material
 from .errors import ShaderError
 from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
@@ -174,6 +174,19 @@ def show_in_cycles(material: bpy.types.Material) -> None:
         material.node_tree.links.new(source, output.inputs["Surface"])
 
 
+def show_audible_lobes(material: bpy.types.Material) -> None:
+    """Show the lobes that material.nfm.mute and solo leave.
+
+    Raises
+    ------
+    ShaderError
+        The material has lost its node group.
+    """
+    settings = material.nfm
+    group = find_group_node(material).node_tree
+    lobes.show(group, lobes.audible(settings.mute, settings.solo))
+
+
 def remove(material: bpy.types.Material) -> None:
     """Remove a material with its node group and Text, unless others use them."""
     group = find_group_node(material).node_tree
@@ -225,3 +238,13 @@ def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
             setattr(settings, name, value)
         else:
             settings.property_unset(name)
+
+
+def register() -> None:
+    changes.sampling.listen(change_sampling)
+    changes.audible.listen(show_audible_lobes)
+
+
+def unregister() -> None:
+    changes.sampling.forget(change_sampling)
+    changes.audible.forget(show_audible_lobes)

@@ -10,7 +10,7 @@ from bpy.utils import register_classes_factory
 from ..fitter.errors import NfmError
 from ..fitter.factors import N_LOBES
 from . import material as materials
-from . import plot_icons
+from . import material_library, plot_icons
 from .figures import native_error_text, quality_lines, warnings
 from .lamps import BLIND_SAMPLINGS, lamps_without_size
 from .node_group import LOBE_SOCKETS
@@ -146,11 +146,14 @@ def _draw_actions(layout: bpy.types.UILayout) -> None:
     column = layout.column(align=True)
     for names in (
         ("refit", "replace_measurement", "reset_material"),
-        ("export_parameters", "save_edits", "load_edits"),
+        ("export_parameters", "export_measurement"),
+        ("save_edits", "load_edits"),
     ):
         row = column.row(align=True)
         for name in names:
             row.operator(f"nfm.{name}")
+    if not material_library.registered():
+        column.operator("nfm.install_library")
 
 
 register, unregister = register_classes_factory((NFM_PT_material, NFM_PT_material_nodes))

@@ -24,6 +24,9 @@ from .messages import SetupError, say
 WINDOW_TOOL = CHECKOUT.parent / "shared" / "tools" / "blender_window.sh"
 WINDOW_ROOT = Path(os.environ.get("NFM_WINDOW_ROOT", "/var/tmp/window"))
 
+# Files of tests/window: an artist with a measured file, and the material library.
+SESSIONS = ("session", "library")
+
 SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
 FRESH_SETTINGS = """import bpy
 view = bpy.context.preferences.view
@@ -109,7 +112,7 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="nfm-ui-") as folder:
         project = Path(folder)
         try:
-            status = _run(options.blender, project)
+            status = _run(options.blender, project, options.session)
         except (SetupError, subprocess.TimeoutExpired) as error:
             say(str(error))
             status = FAILED
@@ -124,14 +127,17 @@ def main(arguments: list[str]) -> int:
 def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="nfm ui-test", description=__doc__)
     parser.add_argument("--blender", type=Path, metavar="PATH", help="a full Blender, 4.5 or later")
+    parser.add_argument(
+        "--session", choices=SESSIONS, default=SESSIONS[0], help="which part; default: session"
+    )
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="keep the screenshots here")
     return parser.parse_args(arguments)
 
 
-def _run(blender: Path | None, project: Path) -> int:
+def _run(blender: Path | None, project: Path, session: str) -> int:
     package = build_package(project)
     _write_samples(project)
-    for name in ("driver.py", "session.py"):
+    for name in ("driver.py", f"{session}.py"):
         shutil.copy(CHECKOUT / "tests" / "window" / name, project)
     launcher = _launcher(blender, project)
     inside = launcher.project
@@ -142,7 +148,7 @@ def _run(blender: Path | None, project: Path) -> int:
     say("a session in the window")
     return launcher.run(
         *("--enable-event-simulate", "--python-expr", FRESH_SETTINGS),
-        *("--python", f"{inside}/session.py", "--", inside),
+        *("--python", f"{inside}/{session}.py", "--", inside),
     )
 
 

@@ -149,8 +149,10 @@ def test_shows_everything_in_order(material, drawn):
                 "replace_measurement",
                 "reset_material",
                 "export_parameters",
+                "export_measurement",
                 "save_edits",
                 "load_edits",
+                "install_library",
             )
         ),
     ]

@@ -74,14 +74,18 @@ def test_twice_registered_and_unregistered(run_python):
         "cancel_fit",
         "copy_curve",
         "copy_lobe",
+        "export_measurement",
         "export_parameters",
         "give_lamps_size",
+        "import_folder",
         "import_measurement",
+        "install_library",
         "keep_energy",
         "load_edits",
         "paste_curve",
         "paste_lobe",
         "refit",
+        "remove_library",
         "replace_measurement",
         "reset_edits",
         "reset_material",
@@ -106,7 +110,7 @@ def test_twice_registered_and_unregistered(run_python):
         ]
     )
     assert on["property"] is True
-    assert len(on["menu"]) == 1
+    assert len(on["menu"]) == 2
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
     # of the queue, the landings, completion and the live update of edits
