@@ -120,7 +120,7 @@ def closure_facets(stage, script_material):
         scene = stage.facets(material, frames[..., 2, :], **settings)
         mesh = next(item.data for item in scene.objects if item.type == "MESH")
         for i, closure in leaning.items():
-            tilt = np.array([closure.tilt(theta) for theta in theta_o])[:, None, None]
+            tilt = np.array([closure.leaning(theta) for theta in theta_o])[:, None, None]
             axis = np.sin(tilt) * frames[..., 0, :] + np.cos(tilt) * frames[..., 2, :]
             attribute = mesh.attributes.new(f"axis{i}", "FLOAT_VECTOR", "FACE")
             attribute.data.foreach_set("vector", axis.astype(np.float32).ravel())
@@ -157,7 +157,7 @@ def check_evaluation(terms, view, stage, closure_facets, render):
     rng = np.random.default_rng(view)
     theta, first = np.radians(view), terms[0].closure
     # close to the distance at which the first lobe's peak is seen under the view angle
-    wo_to_wi = 2 * (theta - first.tilt(theta)) + np.radians(2)
+    wo_to_wi = 2 * (theta - first.leaning(theta)) + np.radians(2)
     theta_o, phi = choose_directions(terms, wo_to_wi, rng)
     scene = closure_facets(terms, theta_o, phi, samples=1)
     stage.sun(scene, (np.sin(wo_to_wi), 0, np.cos(wo_to_wi)))
@@ -225,7 +225,7 @@ def albedo(terms, theta_o):
     angle, phi = np.meshgrid(np.pi * t**3, np.pi * (np.arange(n_phi) + 0.5) / n_phi)
     solid_angle = np.sin(angle) * 3 * np.pi * t**2 / n_t * 2 * np.pi / n_phi
     x, y, z = np.sin(angle) * np.cos(phi), np.sin(angle) * np.sin(phi), np.cos(angle)
-    axis = 0 if closure.kind == "diffuse_ramp" else 2 * closure.tilt(theta_o) - theta_o
+    axis = 0 if closure.kind == "diffuse_ramp" else 2 * closure.leaning(theta_o) - theta_o
     cos_axis, sin_axis = np.cos(axis), np.sin(axis)
     wi = np.stack([x * cos_axis + z * sin_axis, y, z * cos_axis - x * sin_axis], -1).reshape(-1, 3)
     above = wi[:, 2] > 0
