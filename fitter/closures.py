@@ -27,12 +27,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import HALF_PI
+from .geometry import HALF_PI, normalized
 
 RAMP_COLOURS = 8
 SCHLICK_EXPONENT = 5
 
 LEAST_COSINE = 1e-9  # to divide by
+
+# How far above the horizon the mirror directions of tilted ramps stay; Cycles bends normals where
+# it is less than 0.01.
+LEAST_MIRROR_COSINE = 0.03
 
 
 @dataclass(frozen=True)
@@ -110,22 +114,35 @@ class Closure:
         return self.lean * (theta_o if self.lean > 0 else (HALF_PI - theta_o) / 2)
 
     def normal(self, wo: np.ndarray) -> np.ndarray:
-        """Unit normal (3,) of a phong ramp for a unit wo (3,)."""
-        sin_o = np.hypot(wo[0], wo[1])
+        """Unit normal (3,) of a phong ramp for a unit wo (3,) above the horizon.
+
+        A tilted one gives way where its mirror direction would be below the horizon: Cycles would
+        bend it by a rule of its own, if the material says so.
+        """
         if self.tilt:
-            angle, towards = self.tilt, np.array([np.cos(self.azimuth), np.sin(self.azimuth)])
-        else:
-            angle = self.leaning(np.arctan2(sin_o, wo[2]))
-            # no direction is the viewer's own at the pole
-            towards = wo[:2] / sin_o if sin_o > 0 else np.array([1.0, 0.0])
+            return self._tilted_normal(wo)
+        sin_o = np.hypot(wo[0], wo[1])
+        angle = self.leaning(np.arctan2(sin_o, wo[2]))
+        # no direction is the viewer's own at the pole
+        towards = wo[:2] / sin_o if sin_o > 0 else np.array([1.0, 0.0])
         return np.append(towards * np.sin(angle), np.cos(angle))
+
+    def _tilted_normal(self, wo: np.ndarray) -> np.ndarray:
+        towards = np.array([np.cos(self.azimuth), np.sin(self.azimuth)])
+        normal = np.append(towards * np.sin(self.tilt), np.cos(self.tilt))
+        mirrored = 2 * (wo @ normal) * normal - wo
+        least = min(LEAST_MIRROR_COSINE, wo[2])
+        if mirrored[2] < least:
+            mirrored[2] = least
+            normal = normalized(wo + normalized(mirrored))
+        return normal
 
     def _phong(self, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """cos^exponent to the mirror direction and cosine to the closure's normal, (n,) each."""
         normal = self.normal(wo)
-        mirrored = 2 * (wo @ normal) * normal - wo
-        cos_i, cos_mirror = wi @ normal, wi @ mirrored
-        inside = (cos_i > 0) & (cos_mirror > 0) & (wi[:, 2] > 0)
+        cos_o = wo @ normal
+        cos_i, cos_mirror = wi @ normal, wi @ (2 * cos_o * normal - wo)
+        inside = (cos_i > 0) & (cos_o > 0) & (cos_mirror > 0) & (wi[:, 2] > 0)
         return np.where(inside, np.maximum(cos_mirror, 0) ** self.parameter, 0), cos_i
 
     def _microfacet(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:

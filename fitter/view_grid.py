@@ -16,7 +16,8 @@ class ViewGrid:
 
     theta_o : radians, rising
     n_phi : azimuths of the viewer; 1 for materials that have no direction
-    points : numbers of theta_h and phi_h for the quadrature at each view
+    points : numbers of theta_h and phi_h for the quadrature at each view; with too few of them,
+        ramps of either sign follow the points and not the lobe
     turn : over which phi_h runs: half a turn does where both halves are alike
     """
 
@@ -62,11 +63,11 @@ _ANISOTROPIC_ANGLES = _radians(0.5, 7.5, 15, 22.5, 30, 37.5, 45, 52.5, 60, 67.5,
 # Grids of the table of weights, by the kind of model.
 FIT_GRIDS = {
     "isotropic": ViewGrid(_ISOTROPIC_ANGLES, 1, (96, 16), np.pi),
-    "anisotropic": ViewGrid(_ANISOTROPIC_ANGLES, 24, (24, 32), 2 * np.pi),
+    "anisotropic": ViewGrid(_ANISOTROPIC_ANGLES, 24, (48, 64), 2 * np.pi),
 }
 
 # Selection looks at fewer views and fewer directions; it only ranks closures.
 SELECTION_GRIDS = {
     "isotropic": ViewGrid(_radians(0.5, 16, 32, 48, 60, 72, 80, 85), 1, (64, 12), np.pi),
-    "anisotropic": ViewGrid(_radians(0.5, 30, 50, 65, 80), 8, (16, 24), 2 * np.pi),
+    "anisotropic": ViewGrid(_radians(0.5, 30, 50, 65, 80), 8, (24, 36), 2 * np.pi),
 }

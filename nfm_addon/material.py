@@ -22,7 +22,7 @@ from .errors import ShaderError
 from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
 from .node_trees import empty_tree
 from .properties import DEFAULT_SAMPLING
-from .shader_source import available_sampling, new_surface
+from .shader_source import new_surface
 
 __all__ = (
     "build",
@@ -53,15 +53,13 @@ INT_MAX = 2**31 - 1  # of Blender's properties
 def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types.Material:
     """New material of a fitted model; nothing is left behind if its shader does not compile.
 
-    sampling : an identifier of properties.SAMPLING_ITEMS; REFERENCE replaces one that the kind of
-        model does not have
+    sampling : an identifier of properties.SAMPLING_ITEMS
 
     Raises
     ------
     ShaderError
         This Blender cannot compile the shader.
     """
-    sampling = available_sampling(fitted.model, sampling.lower()).upper()
     surface = new_surface(fitted.model, sampling.lower())
     group = node_group.new_group(fitted.model)
     script = group.nodes[SCRIPT_NODE]
@@ -88,23 +86,15 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
 def change_sampling(material: bpy.types.Material) -> None:
     """Write the shader for the sampling in material.nfm, with that sampling's own Candidates.
 
-    A sampling that the kind of model does not have becomes REFERENCE.
-
     Raises
     ------
     ParameterFileError, ShaderError
         As editing.refresh.
     """
-    wanted = material.nfm.sampling
-    sampling = available_sampling(fitted_material(material).model, wanted.lower())
-    if sampling != wanted.lower():
-        material.nfm.sampling = sampling.upper()  # comes back here
-        return
     editing.refresh(material)
     candidates = find_script_node(material).inputs.get("Candidates")  # without OSL there is none
     if candidates:
-        default = generate.DEFAULT_CANDIDATES[sampling]
-        candidates.default_value = default
+        candidates.default_value = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
 
 
 def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:

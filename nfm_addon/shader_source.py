@@ -33,11 +33,6 @@ class Surface:
     error: BaseError | None = None
 
 
-def available_sampling(model: Factors, wanted: str) -> str:
-    """The sampling wanted, or reference where the kind of model does not have it."""
-    return wanted if wanted in generate.SAMPLINGS_OF[model.kind] else "reference"
-
-
 def new_surface(
     model: Factors,
     sampling: str,
@@ -45,7 +40,7 @@ def new_surface(
     *,
     graded: bool = True,
 ) -> Surface:
-    """Shader that renders the model; sampling is one that its kind has.
+    """Shader that renders the model with a sampling of generate.SAMPLINGS.
 
     closures : of the base lobes, which saves their selection
     graded : with the error of the base lobes
@@ -89,10 +84,14 @@ def _base_tables(base: BaseLobes) -> generate.BaseTables:
     return generate.BaseTables(
         kinds=[closure.kind for closure in base.closures],
         parameters=[closure.parameter for closure in base.closures],
+        across=[closure.alphas[1] for closure in base.closures],
         leans=[closure.lean for closure in base.closures],
+        tilts=[closure.tilt for closure in base.closures],
+        azimuths=[closure.azimuth for closure in base.closures],
         angles=_flat(base.theta_o),
+        n_azimuths=base.weights.shape[1],
         # the shader reads a column's three channels as one colour
-        weights=_flat(np.moveaxis(base.weights, 2, 3)),
+        weights=_flat(base.weights.swapaxes(3, 4)),
         picking=_flat(base.picking),
     )
 
