@@ -40,7 +40,7 @@ _TANGENTS = np.radians([0, 45])  # from the main direction
 # Ramps about normals of their own, such as threads have.
 _TILTS = np.radians([8, 20, 35])
 _TILTED_TO = np.radians(np.arange(0, 360, 45))  # from the main direction
-_TILTED_EXPONENTS = (3, 12, 40)
+_TILTED_EXPONENTS = (3, 12)
 
 
 def catalogue(model: Factors) -> tuple[Closure, ...]:

@@ -26,7 +26,7 @@ from .closures import Closure
 from .factors import Factors
 from .nnls import PartlyNonnegative, solve_partly_nonnegative
 from .quadrature import ViewQuadrature
-from .view_grid import FIT_GRIDS, SELECTION_GRIDS, ViewGrid
+from .view_grid import DRAFT_GRIDS, FIT_GRIDS, SELECTION_GRIDS, ViewGrid
 
 N_CLOSURES = 10
 
@@ -85,14 +85,17 @@ class BaseLobes:
         return rows[left % azimuths] * (1 - s) + rows[(left + 1) % azimuths] * s
 
 
-def fit_base_lobes(model: Factors, closures: Sequence[Closure] | None = None) -> BaseLobes:
+def fit_base_lobes(
+    model: Factors, closures: Sequence[Closure] | None = None, *, draft: bool = False
+) -> BaseLobes:
     """Base of a model.
 
     closures : dictionary to use, for instance that of the model before an edit, which saves the
         selection; None selects N_CLOSURES of the catalogue
+    draft : with fewer views, where there are many
     """
     closures = tuple(closures or select_closures(model, N_CLOSURES))
-    grid = FIT_GRIDS[model.kind]
+    grid = (DRAFT_GRIDS if draft else FIT_GRIDS)[model.kind]
     systems = [_NormalEquations(model, closures, *pair) for pair in _dictionary(closures, grid)]
     weights = _solve_lobes(systems, ~_signed_columns(closures))
     picking = _picking(systems, closures, weights, grid)

@@ -57,8 +57,11 @@ _ISOTROPIC_ANGLES = _radians(
     *(0.5, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55),
     *(60, 63, 66, 69, 72, 75, 78, 81, 84, 86, 88, 89.5),
 )
-# The factors of anisotropic models are linear between multiples of 15 degrees.
-_ANISOTROPIC_ANGLES = _radians(0.5, 7.5, 15, 22.5, 30, 37.5, 45, 52.5, 60, 67.5, 75, 82.5, 88.5)
+# The factors of anisotropic models are linear between multiples of 15 degrees, and what a
+# view shows changes fast beyond 60 degrees.
+_ANISOTROPIC_ANGLES = _radians(
+    *(0.5, 8, 15, 22.5, 30, 37.5, 45, 52.5, 60, 66, 71, 75, 79, 83, 87, 89.5)
+)
 
 # Grids of the table of weights, by the kind of model.
 FIT_GRIDS = {
@@ -66,8 +69,14 @@ FIT_GRIDS = {
     "anisotropic": ViewGrid(_ANISOTROPIC_ANGLES, 24, (48, 64), 2 * np.pi),
 }
 
+# While a person drags a slider.
+DRAFT_GRIDS = {
+    "isotropic": FIT_GRIDS["isotropic"],
+    "anisotropic": ViewGrid(_radians(0.5, 15, 30, 45, 60, 75, 85), 12, (32, 48), 2 * np.pi),
+}
+
 # Selection looks at fewer views and fewer directions; it only ranks closures.
 SELECTION_GRIDS = {
     "isotropic": ViewGrid(_radians(0.5, 16, 32, 48, 60, 72, 80, 85), 1, (64, 12), np.pi),
-    "anisotropic": ViewGrid(_radians(0.5, 30, 50, 65, 80), 8, (24, 36), 2 * np.pi),
+    "anisotropic": ViewGrid(_radians(0.5, 30, 55, 75), 8, (24, 36), 2 * np.pi),
 }

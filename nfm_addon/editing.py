@@ -335,7 +335,7 @@ def _surface(
 ) -> Surface:
     model = _model(state, curve_nodes.heights(group), draft=draft)
     closures = _closures.get(group.session_uid) if draft else None
-    return new_surface(model, state.settings.sampling.lower(), closures, graded=not draft)
+    return new_surface(model, state.settings.sampling.lower(), closures, draft=draft)
 
 
 def _model(state: State, heights: dict[str, np.ndarray], *, draft: bool = False) -> FactorModel:

@@ -38,21 +38,21 @@ def new_surface(
     sampling: str,
     closures: Sequence[Closure] | None = None,
     *,
-    graded: bool = True,
+    draft: bool = False,
 ) -> Surface:
     """Shader that renders the model with a sampling of generate.SAMPLINGS.
 
     closures : of the base lobes, which saves their selection
-    graded : with the error of the base lobes
+    draft : base lobes without their error, and of anisotropic models at fewer views
     """
     selection = _selection(model)
     surface_tables = _surface_tables(model, selection)
     albedo = selection[:, :-1].reshape(model.n_lobes, -1, 3)
     if sampling not in generate.BASE_SAMPLINGS:
         return Surface(generate.surface_shader(surface_tables, sampling), albedo)
-    base = fit_base_lobes(model, closures)
+    base = fit_base_lobes(model, closures, draft=draft)
     source = generate.surface_shader(surface_tables, sampling, _base_tables(base))
-    error = base_error(model, base) if graded else None
+    error = None if draft else base_error(model, base)
     return Surface(source, albedo, base.closures, error)
 
 

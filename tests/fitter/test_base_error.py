@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from fitter.base_error import N_RINGS, base_error, studio
-from fitter.base_lobes import VIEW_ANGLES, BaseLobes, fit_base_lobes
+from fitter.base_lobes import BaseLobes, fit_base_lobes
 from fitter.closures import Closure
+from fitter.framed_scene import FramedScene
 from fitter.quadrature import view_quadrature
 from fitter.sphere import rendered_psnr
-from tests.models import MODELS
+from fitter.view_grid import FIT_GRIDS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
+VIEW_ANGLES = np.array(FIT_GRIDS["isotropic"].theta_o)
 GLOSSY = (Closure("ggx", 0.2), Closure("phong_ramp", 3.0))
 
 
@@ -21,6 +24,7 @@ class Same:
 
     base: BaseLobes
     diffuse: np.ndarray
+    kind: str = "isotropic"
 
     def lobe_values(self, wi, wo):
         return (self.base.value(wi, wo[0]) / wi[:, 2:])[None]
@@ -37,7 +41,7 @@ def model(base):
 
 
 def scaled(base, factor):
-    """factor broadcasts over (nodes, lobes, channels, columns)."""
+    """factor broadcasts over (rows, azimuths, lobes, channels, columns)."""
     return replace(base, weights=base.weights * factor)
 
 
@@ -90,9 +94,9 @@ def test_errors_of_all_channels_count(model, base):
 
 def test_differences_do_not_cancel_over_directions():
     """Too much here and too little there: a picture may hide it, the directions do not."""
-    weights = np.full((len(VIEW_ANGLES), 1, 3, 4), 0.5)
+    weights = np.full((len(VIEW_ANGLES), 1, 1, 3, 4), 0.5)
     closures = (Closure("ggx", 0.1), Closure("ggx", 0.4))
-    base = BaseLobes(closures, VIEW_ANGLES, weights, np.zeros((len(VIEW_ANGLES), 1, 2)))
+    base = BaseLobes(closures, VIEW_ANGLES, weights, np.zeros((len(VIEW_ANGLES), 1, 1, 2)))
     error = base_error(Same(base, np.zeros(3)), scaled(base, [1.2, 1.2, 0.8, 0.8]), uniform)
     assert 0.05 < error.directional < 0.2
     assert error.image < 0.2 * error.directional
@@ -160,8 +164,8 @@ def test_light_from_behind_shows_at_the_edge_only(model, base):
     def before(directions):
         return behind(-directions)
 
-    middle = np.where(base.theta_o < np.radians(30), 0.5, 1)[:, None, None, None]
-    edge = np.where(base.theta_o > np.radians(60), 0.5, 1)[:, None, None, None]
+    middle = np.where(base.theta_o < np.radians(30), 0.5, 1)[:, None, None, None, None]
+    edge = np.where(base.theta_o > np.radians(60), 0.5, 1)[:, None, None, None, None]
     assert base_error(model, scaled(base, middle), behind).image < 1e-15
     assert base_error(model, scaled(base, edge), behind).image > 0.2
     assert base_error(model, scaled(base, middle), before).image > 0.02
