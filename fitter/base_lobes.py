@@ -111,9 +111,7 @@ def select_closures(model: Factors, count: int) -> tuple[Closure, ...]:
     candidates, grid = catalogue(model), SELECTION_GRIDS[model.kind]
     signed = _signed_columns(candidates)
     owner = np.repeat(np.arange(len(candidates)), [c.n_columns for c in candidates])
-    systems = [
-        _NormalEquations(model, candidates, *pair) for pair in _dictionary(candidates, grid)
-    ]
+    systems = [_NormalEquations(model, candidates, *pair) for pair in _dictionary(candidates, grid)]
     chosen: list[int] = []
     solutions = [np.zeros((3, len(owner))) for _ in systems]
     while len(chosen) < count:

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ..fitter import parameter_file
+from ..fitter.anisotropy import Anisotropy, anisotropy
 from ..fitter.errors import NfmError, printable
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
@@ -203,6 +204,9 @@ def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     settings.parameters = parameter_file.dumps(replace(fitted, edits=None))
     settings.model = parameter_file.MODEL
     settings.numbers = fitted.model.n_parameters
+    main = anisotropy(fitted.model) if fitted.model.kind == "anisotropic" else Anisotropy(0.0, 0.0)
+    settings.anisotropy_direction = main.direction
+    settings.anisotropy_strength = main.strength
     if fitted.source:
         settings.source = fitted.source.file_name
         settings.source_format = fitted.source.format

@@ -11,6 +11,7 @@ from ..fitter.errors import NfmError
 from ..fitter.factors import N_LOBES
 from . import material as materials
 from . import plot_icons
+from .direction_panel import draw_direction
 from .figures import native_error_text, quality_lines, warnings
 from .lamps import BLIND_SAMPLINGS, lamps_without_size
 from .node_group import LOBE_SOCKETS
@@ -124,6 +125,7 @@ def _draw_lobes(layout: bpy.types.UILayout, item: bpy.types.Material) -> None:
         row.prop(scale, "default_value", text=iface_("Lobe {:d}").format(lobe + 1))
         row.prop(item.nfm, "solo", index=lobe, text="", icon="SOLO_ON")
         row.prop(item.nfm, "mute", index=lobe, text="", icon="HIDE_ON")
+    draw_direction(layout, item)
 
 
 def _draw_plot(

@@ -238,7 +238,7 @@ def _base_parameters(base: BaseTables) -> str:
             f"    float  closure_{name}[{n_closures}] = {{{_numbers(getattr(base, name))}}},\n"
             for name in PER_CLOSURE
         )
-        +f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
+        + f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
         f"    float  base_weights[{len(base.weights)}] = {{{_numbers(base.weights)}}},\n"
         f"    float  base_picking[{len(base.picking)}] = {{{_numbers(base.picking)}}},\n"
     )

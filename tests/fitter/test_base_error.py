@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitter.base_error import N_RINGS, base_error, studio
+from fitter.base_error import N_RINGS, base_error, sphere_points, studio
 from fitter.base_lobes import BaseLobes, fit_base_lobes
 from fitter.closures import Closure
-from fitter.framed_scene import FramedScene
 from fitter.quadrature import view_quadrature
 from fitter.sphere import rendered_psnr
 from fitter.view_grid import FIT_GRIDS
@@ -233,3 +232,42 @@ def test_the_studio():
     assert 0.02 < ((brightness > 3) & (brightness < 20)).mean() < 0.06
     # grids of directions too
     assert (studio(directions.reshape(200, 200, 3)) == radiance.reshape(200, 200, 3)).all()
+
+
+# ---- materials with a direction ----
+
+
+def test_tangents_are_increasing_longitude():
+    for point in sphere_points(4, 6):
+        (frame,) = point.frames
+        tangent, bitangent, normal = frame
+        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+        assert np.cross(tangent, bitangent) @ normal == pytest.approx(1)
+        # about the upward axis, y: level, and counter-clockwise seen from above
+        assert tangent[1] == pytest.approx(0, abs=1e-12)
+        assert np.cross([0, 1, 0], normal) @ tangent > 0
+        # the quadrature's viewer is the sphere's
+        np.testing.assert_allclose(frame @ [0, 0, 1.0], point.view.wo, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def directed():
+    model = ANISOTROPIC_MODELS["brushed"]
+    closures = (Closure("ggx", 0.2, across=0.4), Closure("phong_ramp", 8.0))
+    return fit_base_lobes(model, closures, draft=True)
+
+
+@pytest.mark.parametrize("factor", [1.1, 0.7])
+def test_error_of_a_directed_base_that_is_too_bright_or_too_dark(factor, directed):
+    error = base_error(Same(directed, np.zeros(3), "anisotropic"), scaled(directed, factor))
+    assert error.directional == pytest.approx(abs(factor - 1), rel=1e-9)
+    assert error.image == pytest.approx(abs(factor - 1), rel=1e-9)
+
+
+def test_wrong_direction_shows_in_the_picture(directed):
+    """A base whose tangents are off by a quarter turn is seen."""
+    lobe, ramp = directed.closures
+    turned = replace(directed, closures=(replace(lobe, azimuth=np.pi / 2), ramp))
+    model = Same(directed, np.zeros(3), "anisotropic")
+    assert base_error(model, directed).image < 1e-12
+    assert base_error(model, turned).image > 0.05

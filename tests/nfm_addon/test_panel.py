@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from fitter.parameter_file import FittedMaterial
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 class Notes:
@@ -225,3 +225,17 @@ def test_samplings_with_a_base_see_every_lamp(sampling, blender, material, drawn
 def test_draws_any_material(name, addon, texts):
     material = addon("material").build(FittedMaterial("%s {0} \n", MODELS[name]))
     assert any(text.startswith("Error 0.") for text in texts(material))
+
+
+def test_main_direction(addon, drawn, texts, material):
+    brushed = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    item = addon("material").build(brushed, "REFERENCE")
+    direction = item.nfm.anisotropy_direction
+    assert f"Main direction {direction:.1f}\N{DEGREE SIGN} from the tangent" in texts(item)
+    lines = drawn(item)
+    assert ("prop", "default_value", "Rotation") in lines
+    assert ("operator", "nfm.align_brushing") in lines
+    item.nfm.anisotropy_strength = 0.01
+    assert "No main direction" in texts(item)
+    # one that is the same in all directions is not spoken of
+    assert ("operator", "nfm.align_brushing") not in drawn(material)

@@ -81,7 +81,8 @@ class Term:
         else:
             name = (
                 f"generalized_schlick_bsdf(N, {axis}, color(1), color(0), {parameter}, "
-                f'{self.closure.alphas[1]:.9g}, colours{index}[0], colours{index}[1], 5.0, "{self.closure.kind}")'
+                f"{self.closure.alphas[1]:.9g}, colours{index}[0], colours{index}[1], 5.0, "
+                f'"{self.closure.kind}")'
             )
         return (
             f"  color colours{index}[{len(colours)}] = {{{', '.join(colours)}}};\n"

@@ -126,7 +126,9 @@ def test_furnace_of_a_material_with_a_direction(name, sampling, stage, new_mater
         stage, render, new_material(model, sampling.name), normals, samples=128
     )
     assert (noise < 1e-2 * expected).all()
-    assert (np.abs(mean - expected) < (2e-3 + directed_share(sampling)) * expected + 4 * noise).all()
+    assert (
+        np.abs(mean - expected) < (2e-3 + directed_share(sampling)) * expected + 4 * noise
+    ).all()
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS, ids=str)
