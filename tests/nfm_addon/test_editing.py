@@ -2,6 +2,7 @@
 """From curves and sliders to the shader; without a window, and without waiting for one."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,8 @@ from fitter.blend import blend
 from fitter.edits import Edits, LobeSliders, Sliders, apply
 from fitter.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
+
+BRUSHED = ANISOTROPIC_MODELS["brushed"]
 
 
 @pytest.fixture
@@ -369,7 +372,7 @@ def test_edits_are_saved_with_the_file(blender, build, editing, source, tmp_path
 
 @pytest.fixture
 def brushed(addon):
-    fitted = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    fitted = FittedMaterial("brushed", BRUSHED)
     return addon("material").build(fitted, "REFERENCE")
 
 
@@ -387,3 +390,26 @@ def test_anisotropic_lobes_keep_their_shapes(brushed, editing, source):
     editing.reset_curves(brushed)
     assert editing.document_of(brushed).curves == {}
     assert editing.largest_albedo(brushed) > 0
+
+
+def test_anisotropic_draft_has_fewer_views_and_is_finished(brushed, editing, source, expected):
+    """Base lobes follow what changes the model: a slider over F, say."""
+    brushed.nfm.sampling = "NATIVE"
+    closures = closures_of(source(brushed))
+    brushed.nfm.edit.edge_strength = 2.5
+    assert editing.refresh(brushed, draft=True)
+    draft = source(brushed)
+    assert closures_of(draft) == closures
+    assert rows_of(draft) < rows_of(expected(BRUSHED, "native"))
+    brushed.nfm.native_error = 0.0
+    assert editing.refresh(brushed)
+    assert source(brushed) == expected(editing.edited_model(brushed), "native") != draft
+    assert 0 < brushed.nfm.native_error < 0.02
+
+
+def closures_of(source):
+    return re.findall(r"closure_\w+\[\d+\] = \{[^}]*\}", source)
+
+
+def rows_of(source):
+    return int(re.search(r"#define N_VIEW_ROWS (\d+)", source)[1])
