@@ -4,11 +4,26 @@
 import argparse
 import sys
 
-from . import aniso, base, diffuse, edit, exact, fit, masking, noise, render, rgl, sampling, smooth
+from . import (
+    aniso,
+    base,
+    batch,
+    diffuse,
+    edit,
+    exact,
+    fit,
+    masking,
+    noise,
+    render,
+    rgl,
+    sampling,
+    smooth,
+)
 
 BENCHMARKS = {
     "aniso": aniso,
     "base": base,
+    "batch": batch,
     "diffuse": diffuse,
     "edit": edit,
     "exact": exact,

@@ -14,7 +14,7 @@ from .limits import MOST_ALBEDO, SAFE_ALBEDO
 from .quadrature import HalfVectors
 
 # Midpoints of half vectors: 5 degrees by 3.75 degrees, three by two in every cell of D.
-POINTS = (18, 96)
+N_THETA_H, N_PHI_H = 18, 96
 
 # Beyond the last row of nodes, where the model is its own continuation.
 GRAZING = np.radians([82.5, 88.0])
@@ -30,18 +30,12 @@ def largest_directional_albedo(model: AnisotropicModel) -> float:
     return float(directional_albedo(model, _views()).max())
 
 
-def lobe_albedo(
-    model: AnisotropicModel, views: np.ndarray, points: tuple[int, int] = POINTS
-) -> np.ndarray:
-    """Directional albedo (n, lobes, 3) of the lobes at unit view directions (n, 3).
-
-    points : numbers of theta_h and phi_h
-    """
-    n_theta, n_phi = points
-    edges = np.linspace(0, HALF_PI, n_theta + 1)
+def lobe_albedo(model: AnisotropicModel, views: np.ndarray) -> np.ndarray:
+    """Directional albedo (n, lobes, 3) of the lobes at unit view directions (n, 3)."""
+    edges = np.linspace(0, HALF_PI, N_THETA_H + 1)
     ring = -np.diff(np.cos(edges)) * 2 * np.pi
     theta_h = (edges[1:] + edges[:-1]) / 2
-    half_vectors = HalfVectors.on_rings(theta_h, ring, n_phi, turn=2 * np.pi)
+    half_vectors = HalfVectors.on_rings(theta_h, ring, N_PHI_H, turn=2 * np.pi)
     out = np.empty((len(views), model.n_lobes, 3))
     for row, wo in enumerate(views):
         view = half_vectors.seen_from(wo)

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .anisotropic_albedo import POINTS, lobe_albedo
+from . import quick_albedo
 from .anisotropic_model import AnisotropicModel
 from .geometry import HALF_PI, versine
-from .polar_grid import N_PHI, N_THETA, PHI_STEP, phi_nodes, unit_vectors
+from .polar_grid import N_PHI, N_THETA, PHI_STEP, phi_nodes
 
 # Nodes of the sampling density in each row of the polar grid, and in all to 90 degrees.
 NODES_PER_ROW = 4
@@ -25,7 +25,6 @@ N_DENSITY = NODES_PER_ROW * N_THETA + 1
 
 # Nodes of the lobe-selection table: every 6 degrees of theta_o and every 15 of phi_o.
 SELECTION_GRID = (16, 24)
-DRAFT_POINTS = (12, 32)
 
 
 def density_angles() -> np.ndarray:
@@ -74,10 +73,8 @@ def anisotropic_sampling(model: AnisotropicModel) -> AnisotropicSampling:
     )
 
 
-def anisotropic_selection(model: AnisotropicModel, *, draft: bool = False) -> np.ndarray:
+def anisotropic_selection(model: AnisotropicModel) -> np.ndarray:
     """Directional albedo (lobes, 16, 24, 3) of each lobe, theta_o by phi_o.
-
-    draft : a few per cent off, in a quarter of the time
 
     As tables.selection_table: a few per cent are enough, and the last row stands just above the
     horizon.
@@ -85,7 +82,6 @@ def anisotropic_selection(model: AnisotropicModel, *, draft: bool = False) -> np
     theta_o = np.linspace(0, HALF_PI, SELECTION_GRID[0])
     theta_o[-1] = np.radians(89.5)
     phi_o = np.arange(SELECTION_GRID[1]) / SELECTION_GRID[1] * 2 * np.pi
-    theta, phi = (a.ravel() for a in np.meshgrid(theta_o, phi_o, indexing="ij"))
-    views = unit_vectors(theta, phi)
-    albedo = lobe_albedo(model, views, DRAFT_POINTS if draft else POINTS)
+    views = tuple((theta, phi) for theta in theta_o.tolist() for phi in phi_o.tolist())
+    albedo = quick_albedo.lobe_albedo(model, views)
     return np.moveaxis(albedo.reshape(*SELECTION_GRID, model.n_lobes, 3), 2, 0)

@@ -15,15 +15,17 @@ from pathlib import Path
 
 import bpy
 
+from ..fitter import batch, synthetic
 from ..fitter import command_line as fitter_command_line
-from ..fitter import synthetic
 from ..fitter.errors import NfmError, shown_name
+from ..fitter.factors import Factors
 from ..fitter.fit_file import material_from_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..fitter.progress import Progress
 from . import demo_light, images, material, script_node
 from .cloth_scene import build_cloth_scene
+from .editing.rendered_model import rendered_model
 from .evaluate import evaluate_through_osl
 from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 from .rendering import check_output, render_to_file
@@ -42,7 +44,7 @@ def main(argv: Sequence[str]) -> int:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     _add_demo_verb(verbs)
     fitter_command_line.add_fit_verb(verbs)
-    fitter_command_line.add_export_verb(verbs)
+    _add_export_verb(verbs)
     _add_eval_verb(verbs)
     _add_render_verb(verbs)
     return fitter_command_line.run(parser, argv)
@@ -60,6 +62,20 @@ def _add_eval_verb(verbs: argparse._SubParsersAction) -> None:
     parser.set_defaults(
         run=lambda arguments: fitter_command_line.run_eval(arguments, evaluators[arguments.through])
     )
+
+
+def _add_export_verb(verbs: argparse._SubParsersAction) -> None:
+    parser = fitter_command_line.add_export_verb(verbs)
+    parser.set_defaults(run=lambda arguments: fitter_command_line.run_export(arguments, _edited))
+
+
+def _edited(fitted: FittedMaterial) -> Factors:
+    """The model of a preset with its edits."""
+    new = material.build(fitted)
+    try:
+        return rendered_model(new)
+    finally:
+        material.remove(new)
 
 
 def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
@@ -130,7 +146,7 @@ def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
 
 
 def _run_demo(arguments: argparse.Namespace) -> None:
-    folder = fitter_command_line.made_folder(arguments.output)
+    folder = batch.made_folder(arguments.output)
     path = arguments.file
     if path is None:
         path = folder / f"synthetic-{DEMO_SAMPLE}.binary"

@@ -7,9 +7,10 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.utils import register_classes_factory
 
-from ..fitter.curves import MASKING_CURVES, NDF_CURVES
+from ..fitter.curves import curves_of_lobe
 from . import curve_nodes, editing
-from .edit_properties import LOBE_SLIDERS, LOBES
+from .edit_properties import DIRECTIONAL_SLIDERS, LOBE_SLIDERS, LOBES
+from .node_group import kind_of
 from .operators.blend_with import NFM_OT_blend_with
 from .operators.copy_edits import (
     NFM_OT_copy_curve,
@@ -18,20 +19,16 @@ from .operators.copy_edits import (
     NFM_OT_paste_lobe,
 )
 from .operators.reset_edits import NFM_OT_keep_energy, NFM_OT_reset_edits
+from .places import InMaterialProperties, InShaderEditor
 
-# The albedo shown is of a coarse integral, a few per cent off near grazing.
-TOO_MUCH_LIGHT = 1.02
+# The albedo shown is of a coarse integral, up to 0.2 % off.
+TOO_MUCH_LIGHT = 1.005
 
 
-class NFM_PT_edit(bpy.types.Panel):
+class _LobesAndCurves:
     """Sliders above, curves below, lobe by lobe."""
 
-    bl_idname = "NFM_PT_edit"
-    bl_parent_id = "NFM_PT_material"
     bl_label = "Lobes & Curves"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "material"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -41,6 +38,20 @@ class NFM_PT_edit(bpy.types.Panel):
         draw_edit(self.layout, context.material)
 
 
+class NFM_PT_edit(InMaterialProperties, _LobesAndCurves, bpy.types.Panel):
+    """In the panel of the material."""
+
+    bl_idname = "NFM_PT_edit"
+    bl_parent_id = "NFM_PT_material"
+
+
+class NFM_PT_edit_nodes(InShaderEditor, _LobesAndCurves, bpy.types.Panel):
+    """In that beside the nodes."""
+
+    bl_idname = "NFM_PT_edit_nodes"
+    bl_parent_id = "NFM_PT_material_nodes"
+
+
 def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     """All there is to edit of a measured material."""
     layout.use_property_split = True
@@ -48,16 +59,17 @@ def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     layout.prop(edit, "show_original", toggle=True)
     _draw_energy(layout, material)
     group = editing.group_of(material)
+    kind = kind_of(group)
     for number, lobe in enumerate(LOBES):
         header, body = layout.panel(f"NFM_PT_{lobe}", default_closed=number > 0)
         header.label(text=iface_("Lobe {:d}").format(number + 1), translate=False)
         header.operator(NFM_OT_copy_lobe.bl_idname, text="", icon="COPYDOWN").lobe = number + 1
         header.operator(NFM_OT_paste_lobe.bl_idname, text="", icon="PASTEDOWN").lobe = number + 1
         if body:
-            # the lobes of an anisotropic material have no curves, and keep their shapes
-            for name in LOBE_SLIDERS if edit.drawn else ("gain",):
-                body.prop(getattr(edit, lobe), name)
-            for curve in (NDF_CURVES[number], MASKING_CURVES[number]) if edit.drawn else ():
+            for name in LOBE_SLIDERS:
+                if kind == "anisotropic" or name not in DIRECTIONAL_SLIDERS:
+                    body.prop(getattr(edit, lobe), name)
+            for curve in curves_of_lobe(number, kind):
                 _draw_curve(body, group, curve)
     _draw_color(layout, material, group)
     _draw_blend(layout, edit)
@@ -91,8 +103,7 @@ def _draw_color(
         column = body.column(heading="Body", align=True)
         column.prop(edit, "diffuse_saturation")
         column.prop(edit, "diffuse_hue")
-        if edit.drawn:
-            _draw_curve(body, group, curve_nodes.FRESNEL_NODE)
+        _draw_curve(body, group, curve_nodes.FRESNEL_NODE)
 
 
 def _draw_curve(layout: bpy.types.UILayout, group: bpy.types.ShaderNodeTree, name: str) -> None:
@@ -116,4 +127,4 @@ def _draw_blend(layout: bpy.types.UILayout, edit: bpy.types.PropertyGroup) -> No
         row.operator(NFM_OT_blend_with.bl_idname)
 
 
-register, unregister = register_classes_factory((NFM_PT_edit,))
+register, unregister = register_classes_factory((NFM_PT_edit, NFM_PT_edit_nodes))

@@ -18,9 +18,15 @@ from bpy.utils import register_classes_factory
 
 from ..fitter.edits import RANGES, LobeSliders, Sliders
 from ..fitter.factors import N_LOBES
+from . import changes
+
+# A library override may change everything here, and keeps it.
+OVERRIDE = {"LIBRARY_OVERRIDABLE"}
 
 LOBES = tuple(f"lobe_{lobe + 1}" for lobe in range(N_LOBES))
-LOBE_SLIDERS = ("width", "haze", "falloff", "gain")
+LOBE_SLIDERS = ("width", "width_along", "width_across", "haze", "falloff", "gain")
+# Those that an isotropic lobe does not have.
+DIRECTIONAL_SLIDERS = ("width_along", "width_across")
 MATERIAL_SLIDERS = (
     "edge_tint",
     "edge_strength",
@@ -32,9 +38,7 @@ MATERIAL_SLIDERS = (
 
 
 def _changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from . import live
-
-    live.request()
+    changes.edits.tell(settings.id_data)
 
 
 def _slider(
@@ -49,6 +53,7 @@ def _slider(
         max=high,
         soft_max=soft_max,
         update=_changed,
+        override=OVERRIDE,
         **options,
     )
 
@@ -63,6 +68,21 @@ class NFM_PG_lobe_sliders(bpy.types.PropertyGroup):
         4.0,
         "Makes this lobe's highlight wider (above 1) or sharper (below 1). It keeps its light: a "
         "wider highlight is a dimmer one",
+    )
+    width_along: _slider(
+        "Width Along",
+        "width_along",
+        1.0,
+        4.0,
+        "Stretches this lobe's highlight along the brush marks or threads of the material",
+    )
+    width_across: _slider(
+        "Width Across",
+        "width_across",
+        1.0,
+        4.0,
+        "Stretches this lobe's highlight across the brush marks or threads of the material, where "
+        "it is the long one",
     )
     haze: _slider(
         "Haze",
@@ -86,9 +106,9 @@ class NFM_PG_lobe_sliders(bpy.types.PropertyGroup):
 class NFM_PG_edit(bpy.types.PropertyGroup):
     """The type of material.nfm.edit."""
 
-    lobe_1: PointerProperty(type=NFM_PG_lobe_sliders)
-    lobe_2: PointerProperty(type=NFM_PG_lobe_sliders)
-    lobe_3: PointerProperty(type=NFM_PG_lobe_sliders)
+    lobe_1: PointerProperty(type=NFM_PG_lobe_sliders, override=OVERRIDE)
+    lobe_2: PointerProperty(type=NFM_PG_lobe_sliders, override=OVERRIDE)
+    lobe_3: PointerProperty(type=NFM_PG_lobe_sliders, override=OVERRIDE)
     edge_tint: FloatVectorProperty(
         name="Edge Tint",
         description="Colour that reflections take on towards the edges of a shape; white leaves "
@@ -99,6 +119,7 @@ class NFM_PG_edit(bpy.types.PropertyGroup):
         min=0.0,
         max=1.0,
         update=_changed,
+        override=OVERRIDE,
     )
     edge_strength: _slider(
         "Edge Strength",
@@ -146,37 +167,45 @@ class NFM_PG_edit(bpy.types.PropertyGroup):
         max=1.0,
         subtype="FACTOR",
         update=_changed,
+        override=OVERRIDE,
     )
     blend_name: StringProperty(
-        name="Blend With", description="Name of the material that this one is blended with"
+        name="Blend With",
+        description="Name of the material that this one is blended with",
+        override=OVERRIDE,
     )
     blend_parameters: StringProperty(
         name="Blend Parameters",
         description="Its model when the two were joined, as the text of an .nfm.json file",
         options={"HIDDEN"},
         update=_changed,
+        override=OVERRIDE,
     )
     show_original: BoolProperty(
         name="Show Original",
         description="Show the material as it was measured; the edits stay, and come back",
         update=_changed,
+        override=OVERRIDE,
     )
     keep_energy: BoolProperty(
         name="Keep Energy",
         description="Lower the lobes where the edited material would reflect more light than it "
         "receives",
         update=_changed,
+        override=OVERRIDE,
     )
     drawn: StringProperty(
         name="Drawn",
         description="Handles and heights of the curves as drawn from the measurement (JSON)",
         options={"HIDDEN"},
+        override=OVERRIDE,
     )
     albedo: StringProperty(
         name="Albedo",
         description="Directional albedo of the edited lobes without their gains: view angles by "
         "lobes by channels (JSON)",
         options={"HIDDEN"},
+        override=OVERRIDE,
     )
 
 
@@ -218,6 +247,11 @@ class NFM_PG_group(bpy.types.PropertyGroup):
     applied: StringProperty(
         name="Applied",
         description="Which state of its material the group's shader was made for",
+        options={"HIDDEN"},
+    )
+    seams: StringProperty(
+        name="Seams",
+        description="Heights at which the curves around begin and end (JSON)",
         options={"HIDDEN"},
     )
 

@@ -17,7 +17,7 @@ from ..fitter.anisotropy import Anisotropy, anisotropy
 from ..fitter.errors import NfmError, printable
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import editing, node_group, script_node, stand_in
+from . import changes, editing, lobes, node_group, script_node, stand_in
 from .editing import fitted_material
 from .errors import ShaderError
 from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
@@ -110,13 +110,14 @@ def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     NfmError
         One of the models is anisotropic: their nodes differ.
     """
-    node = find_group_node(material)
     before = fitted_material(material)
     if fitted.model.kind != before.model.kind:
         raise NfmError(
             f"{printable(fitted.name)} is {fitted.model.kind} and material {material.name!r} "
             f"{before.model.kind}; import it as a new material"
         )
+    editing.own_group(material)
+    node = find_group_node(material)
     socket = node.inputs["Diffuse"]
     follows = np.allclose(socket.default_value[:3], np.pi * before.model.diffuse, atol=1e-6)
     _store(material, fitted)
@@ -141,7 +142,7 @@ def complete(material: bpy.types.Material) -> None:
     ParameterFileError, ShaderError
         As editing.refresh.
     """
-    group = editing.group_of(material)
+    group = editing.own_group(material)
     group.nfm.applied = ""
     editing.refresh(material)
     node_group.link(group)
@@ -163,6 +164,19 @@ def show_in_cycles(material: bpy.types.Material) -> None:
         shown = stand_in.OUTPUT if needs_compiling(material) else "BSDF"
         source = find_group_node(material).outputs[shown]
         material.node_tree.links.new(source, output.inputs["Surface"])
+
+
+def show_audible_lobes(material: bpy.types.Material) -> None:
+    """Show the lobes that material.nfm.mute and solo leave.
+
+    Raises
+    ------
+    ShaderError
+        The material has lost its node group or is linked.
+    """
+    settings = material.nfm
+    group = editing.own_group(material)
+    lobes.show(group, lobes.audible(settings.mute, settings.solo))
 
 
 def remove(material: bpy.types.Material) -> None:
@@ -219,3 +233,13 @@ def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
             setattr(settings, name, value)
         else:
             settings.property_unset(name)
+
+
+def register() -> None:
+    changes.sampling.listen(change_sampling)
+    changes.audible.listen(show_audible_lobes)
+
+
+def unregister() -> None:
+    changes.sampling.forget(change_sampling)
+    changes.audible.forget(show_audible_lobes)

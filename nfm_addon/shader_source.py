@@ -43,10 +43,9 @@ def new_surface(
     """Shader that renders the model with a sampling of generate.SAMPLINGS.
 
     closures : of the base lobes, which saves their selection
-    draft : base lobes without their error; of anisotropic models fewer views, and albedos that
-        are a few per cent off
+    draft : base lobes without their error, and of anisotropic models at fewer views
     """
-    selection = _selection(model, draft)
+    selection = _selection(model)
     surface_tables = _surface_tables(model, selection)
     albedo = selection[:, :-1].reshape(model.n_lobes, -1, 3)
     if sampling not in generate.BASE_SAMPLINGS:
@@ -57,10 +56,8 @@ def new_surface(
     return Surface(source, albedo, base.closures, error)
 
 
-def _selection(model: Factors, draft: bool) -> np.ndarray:
-    if model.kind == "anisotropic":
-        return anisotropic_selection(model, draft=draft)
-    return selection_table(model)
+def _selection(model: Factors) -> np.ndarray:
+    return anisotropic_selection(model) if model.kind == "anisotropic" else selection_table(model)
 
 
 def _surface_tables(model: Factors, selection: np.ndarray) -> generate.SurfaceTables:

@@ -1,11 +1,15 @@
-"""./nfm test: ruff, then pytest once per Blender version.
+"""./nfm test: ruff, then pytest once per Blender version, both versions at the same time.
 
-The lanes share nothing: each has its interpreter, its environment and its pytest cache.
+The lanes share nothing: each has its interpreter, its environment and its pytest cache. What the
+second one prints is shown when the first has ended, so that the two do not mix.
 """
 
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
+from typing import BinaryIO
 
 from .environment import CHECKOUT, folder
 from .messages import say
@@ -27,12 +31,18 @@ def main(arguments: list[str]) -> int:
     os.environ["NFM_BLENDER"] = BLENDER[here]
 
     statuses = [] if arguments else _ruff()
-    say(f"pytest on Blender {BLENDER[here]}")
-    cache = ["-o", f"cache_dir={folder() / 'pytest_cache'}"]
-    statuses.append(_in_checkout([sys.executable, "-P", "-m", "pytest", *cache, *arguments]))
-    if not alone:
+    with tempfile.TemporaryFile() as output:
         (other,) = BLENDER.keys() - {here}
-        statuses.append(_second_lane(other, arguments))
+        second = None if alone else _start_second_lane(other, arguments, output)
+        try:
+            say(f"pytest on Blender {BLENDER[here]}")
+            pytest = [sys.executable, "-P", "-m", "pytest"]
+            statuses.append(_in_checkout([*pytest, *_cache(here), *arguments]))
+            if second:
+                statuses.append(_finish(second, other, arguments, output))
+        finally:
+            if second and second.poll() is None:  # after Ctrl-C in the first
+                second.terminate()
     return next((status for status in statuses if status != 0), 0)
 
 
@@ -42,16 +52,34 @@ def _ruff() -> list[int]:
     return [_in_checkout([*ruff, "check"]), _in_checkout([*ruff, "format", "--check"])]
 
 
-def _second_lane(version: str, arguments: list[str]) -> int:
+def _start_second_lane(
+    version: str, arguments: list[str], output: BinaryIO
+) -> subprocess.Popen | None:
     nfm = [str(CHECKOUT / "nfm"), "--blender", BLENDER[version]]
     if subprocess.run([*nfm, "--which"], capture_output=True).returncode != 0:
         say(f"no Python {version} here: the tests on Blender {BLENDER[version]} are skipped")
-        return 0
-    say(f"pytest on Blender {BLENDER[version]}")
-    cache = ["-o", f"cache_dir={folder().with_name(f'python{version}') / 'pytest_cache'}"]
-    status = _in_checkout([*nfm, "python", "-P", "-m", "pytest", *cache, *arguments])
+        return None
+    tests = ["python", "-P", "-m", "pytest", *_cache(version), *arguments]
+    return _started([*nfm, *tests], output)
+
+
+def _finish(lane: subprocess.Popen, version: str, arguments: list[str], output: BinaryIO) -> int:
+    status = lane.wait()
+    say(f"pytest on Blender {BLENDER[version]}, which ran at the same time")
+    sys.stdout.flush()
+    output.seek(0)
+    shutil.copyfileobj(output, sys.stdout.buffer)
+    sys.stdout.flush()
     # A selection may name tests that this version does not have.
     return 0 if arguments and status == NO_TESTS_COLLECTED else status
+
+
+def _cache(version: str) -> list[str]:
+    return ["-o", f"cache_dir={folder().with_name(f'python{version}') / 'pytest_cache'}"]
+
+
+def _started(command: list[str], output: BinaryIO) -> subprocess.Popen:
+    return subprocess.Popen(command, cwd=CHECKOUT, stdout=output, stderr=subprocess.STDOUT)
 
 
 def _in_checkout(command: list[str]) -> int:

@@ -15,10 +15,10 @@ from ...fitter import parameter_file
 from ...fitter.errors import ParameterFileError, shown_name
 from .. import editing
 from ..preferences import library_folder
-from .measured_material import EditOperator, active_material
+from .measured_material import EditOperator, MaterialOperator, active_material
 
 
-class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
+class NFM_OT_save_edits(MaterialOperator, bpy.types.Operator, ExportHelper):
     """bpy.ops.nfm.save_edits(filepath=...)."""
 
     bl_idname = "nfm.save_edits"
@@ -31,7 +31,10 @@ class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
 
     filename_ext = parameter_file.SUFFIX
     filepath: StringProperty(
-        description="The file to write", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="The file to write",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     filter_glob: StringProperty(default="*.nfm.json", options={"HIDDEN"})
 
@@ -41,7 +44,7 @@ class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
             self.filepath = str(library_folder(context) / f"{name}{parameter_file.SUFFIX}")
         return ExportHelper.invoke(self, context, event)
 
-    def change(self, _context: bpy.types.Context, material: bpy.types.Material) -> str:
+    def act(self, _context: bpy.types.Context, material: bpy.types.Material) -> str:
         path = bpy.path.abspath(self.filepath)
         fitted = editing.fitted_material(material)
         edits = editing.document_of(material)
@@ -57,7 +60,10 @@ class NFM_OT_load_edits(EditOperator, bpy.types.Operator, ImportHelper):
     bl_description = "Give this material the sliders and edited curves of a preset"
 
     filepath: StringProperty(
-        description="The preset to read", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="The preset to read",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     filter_glob: StringProperty(default="*.nfm.json", options={"HIDDEN"})
 

@@ -18,7 +18,7 @@ def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
 
 
 class OwnMaterialOperator:
-    """An operator on the active measured material, whose nodes belong to this file."""
+    """An operator on the active measured material, which is not linked."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -29,25 +29,38 @@ class OwnMaterialOperator:
             cls.poll_message_set("The active material is not a measured BRDF")
             return False
         if not editing.has_own_nodes(material):
-            cls.poll_message_set("The material is linked from another file; make it local first")
+            cls.poll_message_set(
+                "The material is linked from another file, or has lost its nodes; the panel "
+                "Measured BRDF makes a linked one editable"
+            )
             return False
         return True
 
 
-class EditOperator(OwnMaterialOperator):
-    """Changes the active measured material and brings its shader up to date.
+class MaterialOperator(OwnMaterialOperator):
+    """Does something with the active measured material.
 
-    A subclass has change(context, material), which returns a message for the user or None.
+    A subclass has act(context, material), which returns a message for the user or None.
     """
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        material = active_material(context)
         try:
-            message = self.change(context, material)
-            editing.refresh(material)
+            message = self.act(context, active_material(context))
         except NfmError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if message:
             self.report({"INFO"}, message)
         return {"FINISHED"}
+
+
+class EditOperator(MaterialOperator):
+    """Changes the active measured material and brings its shader up to date.
+
+    A subclass has change(context, material), which returns a message for the user or None.
+    """
+
+    def act(self, context: bpy.types.Context, material: bpy.types.Material) -> str | None:
+        message = self.change(context, material)
+        editing.refresh(material)
+        return message

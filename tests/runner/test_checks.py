@@ -17,23 +17,33 @@ def lanes(monkeypatch, tmp_path):
 
         def __init__(self):
             self.ran: list[str] = []
+            self.commands: dict[str, list[str]] = {}
 
         def run(self, command):
-            if "ruff" in command:
-                kind = " ".join(command[command.index("ruff") :])
-            else:
-                kind = "second" if "--blender" in command else "first"
-                if kind == "second":
-                    assert command[command.index("--blender") + 1] == self.other
+            ruff = "ruff" in command
+            kind = " ".join(command[command.index("ruff") :]) if ruff else "first"
+            return self.ends(kind, command)
+
+        def start(self, command, output):
+            assert command[command.index("--blender") + 1] == self.other
+            output.write(b"printed by the second")
+            return Process(self.ends("second", command))
+
+        def ends(self, kind, command):
             self.ran.append(kind)
-            self.last = command
+            self.commands[kind] = command
             return self.statuses.get(kind, 0)
+
+    class Process:
+        def __init__(self, status):
+            self.wait = self.poll = lambda: status
 
     lanes = Lanes()
     # setenv first, so that what main() writes there is undone as well
     monkeypatch.setenv("NFM_BLENDER", "")
     monkeypatch.setenv("NFM_HOME", str(tmp_path))
     monkeypatch.setattr(checks, "_in_checkout", lanes.run)
+    monkeypatch.setattr(checks, "_started", lanes.start)
     monkeypatch.setattr(
         checks.subprocess,
         "run",
@@ -44,13 +54,18 @@ def lanes(monkeypatch, tmp_path):
 
 def test_everything(lanes):
     assert checks.main([]) == 0
-    assert lanes.ran == ["ruff check", "ruff format --check", "first", "second"]
+    assert lanes.ran == ["ruff check", "ruff format --check", "second", "first"]
+
+
+def test_what_the_second_lane_prints_is_shown(lanes, capfdbinary):
+    checks.main([])
+    assert capfdbinary.readouterr().out == b"printed by the second"
 
 
 def test_arguments_go_to_both_lanes_without_ruff(lanes):
     assert checks.main(["-k", "foo"]) == 0
-    assert lanes.ran == ["first", "second"]
-    assert lanes.last[-2:] == ["-k", "foo"]
+    assert lanes.ran == ["second", "first"]
+    assert all(command[-2:] == ["-k", "foo"] for command in lanes.commands.values())
 
 
 def test_chosen_blender_is_the_only_lane(lanes, monkeypatch):
