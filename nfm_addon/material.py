@@ -119,13 +119,14 @@ def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     NfmError
         One of the models is anisotropic: their nodes differ.
     """
-    node = find_group_node(material)
     before = fitted_material(material)
     if fitted.model.kind != before.model.kind:
         raise NfmError(
             f"{printable(fitted.name)} is {fitted.model.kind} and material {material.name!r} "
             f"{before.model.kind}; import it as a new material"
         )
+    editing.own_group(material)
+    node = find_group_node(material)
     socket = node.inputs["Diffuse"]
     follows = np.allclose(socket.default_value[:3], np.pi * before.model.diffuse, atol=1e-6)
     _store(material, fitted)
@@ -150,7 +151,7 @@ def complete(material: bpy.types.Material) -> None:
     ParameterFileError, ShaderError
         As editing.refresh.
     """
-    group = editing.group_of(material)
+    group = editing.own_group(material)
     group.nfm.applied = ""
     editing.refresh(material)
     node_group.link(group)
@@ -180,10 +181,10 @@ def show_audible_lobes(material: bpy.types.Material) -> None:
     Raises
     ------
     ShaderError
-        The material has lost its node group.
+        The material has lost its node group or is linked.
     """
     settings = material.nfm
-    group = find_group_node(material).node_tree
+    group = editing.own_group(material)
     lobes.show(group, lobes.audible(settings.mute, settings.solo))
 
 

@@ -36,7 +36,7 @@ def apply_document(owner: bpy.types.Material, document: EditDocument) -> None:
     Raises
     ------
     ShaderError
-        The material has lost its Script node, or its node group is linked.
+        The material has lost its Script node or is linked.
     """
     edited = {
         name: handles

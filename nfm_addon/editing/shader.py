@@ -43,8 +43,8 @@ def refresh(
     ParameterFileError
         The stored parameters were damaged.
     ShaderError
-        This Blender cannot compile the shader, the material has lost its Script node, or its node
-        group is linked.
+        This Blender cannot compile the shader, or the material has lost its Script node or is
+        linked.
     """
     group = group_of(owner)
     curve_nodes.join_seams(group)
@@ -63,7 +63,11 @@ def refresh(
     else:
         changed = False
     gains = tuple(lobe.gain for lobe in state.sliders.lobes)
-    return live_nodes.set_inputs(group, gains, *diffuse_map(state)) or changed
+    wanted = live_nodes.inputs(gains, *diffuse_map(state))
+    if not live_nodes.differ(group, wanted):
+        return changed
+    live_nodes.write(own_group(owner), wanted)
+    return True
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:

@@ -17,6 +17,7 @@ register, unregister = register_submodule_factory(
         "import_folder",
         "import_measurement",
         "install_library",
+        "make_editable",
         "refit",
         "reset_edits",
         "reset_material",

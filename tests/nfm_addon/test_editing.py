@@ -295,6 +295,15 @@ def test_copies_diverge_when_one_is_edited(blender, build, editing, source, addo
     assert source(one) != before
 
 
+def test_a_copy_takes_another_model(build, editing, addon):
+    one = build()
+    two = one.copy()
+    before = editing.state.state_of(one).digest()
+    addon("material").replace_model(two, FittedMaterial("metal", MODELS["metal"]))
+    assert editing.state.state_of(one).digest() == before
+    assert not editing.refresh(one)
+
+
 def test_sampling_of_a_copy_is_its_own(build, source):
     one = build(sampling="REFERENCE")
     two = one.copy()
@@ -322,21 +331,6 @@ def test_renamed_things_are_found(build, editing, addon):
     material.nfm.edit.lobe_1.width = 2.0
     assert editing.refresh(material)
     assert not editing.refresh(material)
-
-
-def test_linked_material_is_refused_and_left(blender, build, editing, addon, tmp_path):
-    build()
-    path = tmp_path / "library.blend"
-    blender.data.materials["plastic"].use_fake_user = True
-    blender.ops.wm.save_as_mainfile(filepath=str(path))
-    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    with blender.data.libraries.load(str(path), link=True) as (_, wanted):
-        wanted.materials = ["plastic"]
-    linked = blender.data.materials["plastic"]
-    assert not editing.has_own_nodes(linked)
-    with pytest.raises(addon("errors").ShaderError, match="from another file; make it local first"):
-        editing.own_group(linked)
-    assert addon("live").flush() == []
 
 
 def test_appended_material_can_be_edited(blender, build, editing, source, tmp_path):
