@@ -22,7 +22,7 @@ import numpy as np
 
 from .closures import Closure
 from .model import FactorModel
-from .nnls import PartlyNonnegative, solve_partly_nonnegative
+from .nnls import PartlyNonnegative
 from .quadrature import ViewQuadrature, view_quadrature
 
 N_CLOSURES = 10
@@ -166,7 +166,7 @@ def select_closures(model: FactorModel, count: int) -> tuple[Closure, ...]:
     areas = np.sin(SELECTION_ANGLES) * np.cos(SELECTION_ANGLES) * np.gradient(SELECTION_ANGLES)
     areas += 0.005
     chosen: list[int] = []
-    solutions = [np.zeros((3, len(owner))) for _ in systems]
+    solutions = np.zeros((len(systems), 3, len(owner)))
     while len(chosen) < count:
         gains = np.zeros(len(CATALOGUE))
         for system, solution, area in zip(systems, solutions, areas, strict=True):
@@ -175,8 +175,7 @@ def select_closures(model: FactorModel, count: int) -> tuple[Closure, ...]:
         gains[chosen] = -1
         chosen.append(int(gains.argmax()))
         active = np.isin(owner, chosen)
-        for system, solution in zip(systems, solutions, strict=True):
-            solution[:] = system.solve_sum(~signed, active)
+        solutions[:, :, active] = _solve_sums(systems, ~signed, active)
     return tuple(CATALOGUE[i] for i in chosen)
 
 
@@ -209,15 +208,14 @@ class _NormalEquations:
         self.matrix[np.diag_indices_from(self.matrix)] += RIDGE**2
         self.right = (weighted @ self.lobes).swapaxes(1, 2)  # (lobes, 3, columns)
 
-    def solve_sum(self, nonnegative: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """Scaled solution (3, columns) for the sum of the lobes, 0 where not active."""
-        out = np.zeros(self.right.shape[1:])
-        matrix = self.matrix[np.ix_(active, active)]
-        for channel, right in enumerate(self.right.sum(0)):
-            out[channel, active] = solve_partly_nonnegative(
-                matrix, right[active], nonnegative[active]
-            )
-        return out
+
+def _solve_sums(
+    systems: list[_NormalEquations], nonnegative: np.ndarray, active: np.ndarray
+) -> np.ndarray:
+    """Scaled solutions (views, 3, active columns) for the sum of the lobes."""
+    matrix = np.stack([system.matrix[np.ix_(active, active)] for system in systems])
+    right = np.stack([system.right.sum(0)[:, active] for system in systems])
+    return PartlyNonnegative(matrix, nonnegative[active]).solve(right)
 
 
 def _solve_lobes(systems: list[_NormalEquations], nonnegative: np.ndarray) -> np.ndarray:
