@@ -4,7 +4,21 @@
 import argparse
 import sys
 
-from . import aniso, base, diffuse, edit, exact, fit, masking, noise, render, rgl, sampling, smooth
+from . import (
+    aniso,
+    base,
+    diffuse,
+    edit,
+    exact,
+    fit,
+    importing,
+    masking,
+    noise,
+    render,
+    rgl,
+    sampling,
+    smooth,
+)
 
 BENCHMARKS = {
     "aniso": aniso,
@@ -13,6 +27,7 @@ BENCHMARKS = {
     "edit": edit,
     "exact": exact,
     "fit": fit,
+    "import": importing,
     "masking": masking,
     "noise": noise,
     "render": render,

@@ -95,7 +95,7 @@ def save_operator_preset(window, browser):
     preset = {"name": "Smooth", "operator": operator.bl_idname}
     with window.override(browser):
         bpy.ops.wm.operator_preset_add(**preset)
-    (path,) = Path(bpy.utils.user_resource("SCRIPTS")).rglob("smooth.py")
+    (path,) = Path(bpy.utils.user_resource("SCRIPTS")).rglob("Smooth.py")
     assert "op.sampling = 'SMOOTH'" in path.read_text(encoding="utf-8")
     operator.sampling = "NATIVE"
     yield 0.3
