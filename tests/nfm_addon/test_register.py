@@ -79,6 +79,7 @@ def test_twice_registered_and_unregistered(run_python):
         "import_measurement",
         "keep_energy",
         "load_edits",
+        "make_editable",
         "paste_curve",
         "paste_lobe",
         "refit",
@@ -101,6 +102,7 @@ def test_twice_registered_and_unregistered(run_python):
             "NFM_PG_material",
             "NFM_PG_plot",
             "NFM_PT_edit",
+            "NFM_PT_edit_nodes",
             "NFM_PT_material",
             "NFM_PT_material_nodes",
         ]

@@ -39,7 +39,11 @@ def inputs():
 
 
 def prepare(window):
-    """A sphere in place of the cube's shape, another one beside it, the Material tab."""
+    """A sphere in place of the cube's shape, and another one beside it.
+
+    The Material tab is opened for pictures only: it shows a preview of the material by EEVEE, and
+    without a graphics card the interface stands still until its shaders are compiled.
+    """
     bpy.context.preferences.view.show_splash = False
     cube = bpy.data.objects["Cube"]
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, scale=(1.6, 1.6, 1.6))
@@ -52,7 +56,6 @@ def prepare(window):
     ball.select_set(False)
     cube.select_set(True)
     bpy.context.view_layer.objects.active = cube
-    window.area("PROPERTIES").spaces.active.context = "MATERIAL"
     with bpy.context.temp_override(window=window.window):
         bpy.ops.ed.undo_push(message="Prepare")
     yield 0.5
