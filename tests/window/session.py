@@ -155,6 +155,9 @@ def undo_the_import(window):
 
 def drop_files(window):
     """From another program: onto the object that is not selected, then onto the shader editor."""
+    if not window.takes_drops:
+        print("session: drops are tried on X11 only", flush=True)
+        return
     kept = material()
     bpy.context.preferences.addons[ADDON.rpartition(".")[0]].preferences.quality = "DRAFT"
     view = window.area("VIEW_3D")
