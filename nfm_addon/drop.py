@@ -17,15 +17,28 @@ def takes_drops(context: bpy.types.Context) -> bool:
     return area.type == "NODE_EDITOR" and area.spaces.active.tree_type == "ShaderNodeTree"
 
 
+def target(context: bpy.types.Context, event: bpy.types.Event) -> bpy.types.Object | None:
+    """The object that a drop is meant for, or None for the selected ones.
+
+    In the 3D viewport the one that is seen below the mouse, in a shader editor the one whose
+    material is shown.
+    """
+    area = context.area
+    if area is None:
+        return None
+    if area.type == "VIEW_3D":
+        return object_under_mouse(context, event)
+    owner = area.spaces.active.id_from
+    return owner if isinstance(owner, bpy.types.Object) else context.active_object
+
+
 def object_under_mouse(
     context: bpy.types.Context, event: bpy.types.Event
 ) -> bpy.types.Object | None:
-    """The object that is seen below the mouse in the 3D viewport."""
-    area = context.area
-    if area is None or area.type != "VIEW_3D":
+    """The object that is seen below the mouse in a 3D viewport; drops come with its region."""
+    region, view = context.region, context.region_data
+    if region is None or view is None:  # on a header, or a sidebar
         return None
-    region = next(region for region in area.regions if region.type == "WINDOW")
-    view = area.spaces.active.region_3d
     at = (event.mouse_x - region.x, event.mouse_y - region.y)
     origin = view3d_utils.region_2d_to_origin_3d(region, view, at)
     direction = view3d_utils.region_2d_to_vector_3d(region, view, at)

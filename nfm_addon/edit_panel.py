@@ -19,20 +19,16 @@ from .operators.copy_edits import (
     NFM_OT_paste_lobe,
 )
 from .operators.reset_edits import NFM_OT_keep_energy, NFM_OT_reset_edits
+from .places import InMaterialProperties, InShaderEditor
 
 # The albedo shown is of a coarse integral, up to 0.2 % off.
 TOO_MUCH_LIGHT = 1.005
 
 
-class NFM_PT_edit(bpy.types.Panel):
+class _LobesAndCurves:
     """Sliders above, curves below, lobe by lobe."""
 
-    bl_idname = "NFM_PT_edit"
-    bl_parent_id = "NFM_PT_material"
     bl_label = "Lobes & Curves"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "material"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -40,6 +36,20 @@ class NFM_PT_edit(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_edit(self.layout, context.material)
+
+
+class NFM_PT_edit(InMaterialProperties, _LobesAndCurves, bpy.types.Panel):
+    """In the panel of the material."""
+
+    bl_idname = "NFM_PT_edit"
+    bl_parent_id = "NFM_PT_material"
+
+
+class NFM_PT_edit_nodes(InShaderEditor, _LobesAndCurves, bpy.types.Panel):
+    """In that beside the nodes."""
+
+    bl_idname = "NFM_PT_edit_nodes"
+    bl_parent_id = "NFM_PT_material_nodes"
 
 
 def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -117,4 +127,4 @@ def _draw_blend(layout: bpy.types.UILayout, edit: bpy.types.PropertyGroup) -> No
         row.operator(NFM_OT_blend_with.bl_idname)
 
 
-register, unregister = register_classes_factory((NFM_PT_edit,))
+register, unregister = register_classes_factory((NFM_PT_edit, NFM_PT_edit_nodes))

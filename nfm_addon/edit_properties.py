@@ -20,6 +20,9 @@ from ..fitter.edits import RANGES, LobeSliders, Sliders
 from ..fitter.factors import N_LOBES
 from . import changes
 
+# A library override may change everything here, and keeps it.
+OVERRIDE = {"LIBRARY_OVERRIDABLE"}
+
 LOBES = tuple(f"lobe_{lobe + 1}" for lobe in range(N_LOBES))
 LOBE_SLIDERS = ("width", "width_along", "width_across", "haze", "falloff", "gain")
 # Those that an isotropic lobe does not have.
@@ -50,6 +53,7 @@ def _slider(
         max=high,
         soft_max=soft_max,
         update=_changed,
+        override=OVERRIDE,
         **options,
     )
 
@@ -102,9 +106,9 @@ class NFM_PG_lobe_sliders(bpy.types.PropertyGroup):
 class NFM_PG_edit(bpy.types.PropertyGroup):
     """The type of material.nfm.edit."""
 
-    lobe_1: PointerProperty(type=NFM_PG_lobe_sliders)
-    lobe_2: PointerProperty(type=NFM_PG_lobe_sliders)
-    lobe_3: PointerProperty(type=NFM_PG_lobe_sliders)
+    lobe_1: PointerProperty(type=NFM_PG_lobe_sliders, override=OVERRIDE)
+    lobe_2: PointerProperty(type=NFM_PG_lobe_sliders, override=OVERRIDE)
+    lobe_3: PointerProperty(type=NFM_PG_lobe_sliders, override=OVERRIDE)
     edge_tint: FloatVectorProperty(
         name="Edge Tint",
         description="Colour that reflections take on towards the edges of a shape; white leaves "
@@ -115,6 +119,7 @@ class NFM_PG_edit(bpy.types.PropertyGroup):
         min=0.0,
         max=1.0,
         update=_changed,
+        override=OVERRIDE,
     )
     edge_strength: _slider(
         "Edge Strength",
@@ -162,37 +167,45 @@ class NFM_PG_edit(bpy.types.PropertyGroup):
         max=1.0,
         subtype="FACTOR",
         update=_changed,
+        override=OVERRIDE,
     )
     blend_name: StringProperty(
-        name="Blend With", description="Name of the material that this one is blended with"
+        name="Blend With",
+        description="Name of the material that this one is blended with",
+        override=OVERRIDE,
     )
     blend_parameters: StringProperty(
         name="Blend Parameters",
         description="Its model when the two were joined, as the text of an .nfm.json file",
         options={"HIDDEN"},
         update=_changed,
+        override=OVERRIDE,
     )
     show_original: BoolProperty(
         name="Show Original",
         description="Show the material as it was measured; the edits stay, and come back",
         update=_changed,
+        override=OVERRIDE,
     )
     keep_energy: BoolProperty(
         name="Keep Energy",
         description="Lower the lobes where the edited material would reflect more light than it "
         "receives",
         update=_changed,
+        override=OVERRIDE,
     )
     drawn: StringProperty(
         name="Drawn",
         description="Handles and heights of the curves as drawn from the measurement (JSON)",
         options={"HIDDEN"},
+        override=OVERRIDE,
     )
     albedo: StringProperty(
         name="Albedo",
         description="Directional albedo of the edited lobes without their gains: view angles by "
         "lobes by channels (JSON)",
         options={"HIDDEN"},
+        override=OVERRIDE,
     )
 
 

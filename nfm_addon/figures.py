@@ -8,10 +8,10 @@ from bpy.app.translations import pgettext_iface as iface_
 
 # From this PSNR on, dB, the words apply.
 PSNR_WORDS = (
-    (45, "no visible difference"),
-    (38, "hardly a difference"),
+    (45, "no visible error"),
+    (38, "hardly an error"),
     (32, "close"),
-    (26, "visible differences"),
+    (26, "visible errors"),
     (0, "poor"),
 )
 
@@ -21,23 +21,26 @@ MOST_ALBEDO = 1.0
 MOST_NATIVE_ERROR = 0.02
 
 
-def quality_lines(settings: bpy.types.PropertyGroup) -> list[str]:
-    """How good the fit is and what native sampling makes of it."""
-    lines = []
+def facts(settings: bpy.types.PropertyGroup) -> list[tuple[str, str]]:
+    """Where a material comes from and how good its fit is: names and values."""
+    found = []
+    if settings.source:
+        found.append(("File", f"{settings.source} ({settings.source_format.upper()})"))
+    model = iface_("3 lobes, {:d} numbers").format(settings.numbers)
+    found.append(("Model", model))
     if settings.studio_psnr:
         word = next(word for least, word in PSNR_WORDS if settings.studio_psnr >= least)
-        lines.append(iface_("PSNR {:.0f} dB: {:s}").format(settings.studio_psnr, iface_(word)))
+        text = iface_("{:.0f} dB, {:s}").format(settings.studio_psnr, iface_(word))
+        found.append(("PSNR", text))
     if settings.native_share:
-        share = iface_("{:.1f} % of its light in native lobes")
-        lines.append(share.format(100 * settings.native_share))
-    return lines
+        share = iface_("{:.1f} % of the light").format(100 * settings.native_share)
+        found.append(("Native Lobes", share))
+    return found
 
 
 def native_error_text(settings: bpy.types.PropertyGroup) -> str:
     """The error of native sampling in one line."""
-    return iface_("Error {:.2f} %, {:.0f} dB").format(
-        100 * settings.native_error, settings.native_psnr
-    )
+    return iface_("{:.2f} %, {:.0f} dB").format(100 * settings.native_error, settings.native_psnr)
 
 
 def warnings(settings: bpy.types.PropertyGroup) -> list[str]:

@@ -7,6 +7,8 @@ through an affine map. At 1 and at the identity they change no bit.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import bpy
 import numpy as np
 
@@ -57,32 +59,35 @@ def link_scale(
     group.links.new(gain.outputs["Vector"], target)
 
 
-def set_inputs(
-    group: bpy.types.ShaderNodeTree,
-    gains: tuple[float, ...],
-    matrix: np.ndarray,
-    offset: np.ndarray,
-) -> bool:
-    """Write the gains of the lobes and the map of the diffuse colour; whether any is new.
+def inputs(
+    gains: tuple[float, ...], matrix: np.ndarray, offset: np.ndarray
+) -> dict[str, Sequence[float]]:
+    """What the nodes hold, by name, for the gains of the lobes and the map of the diffuse colour.
 
     Diffuse colour = matrix (3, 3) times that of the socket, plus offset (3,).
     """
     wanted = dict(zip(GAINS, ((gain,) * 3 for gain in gains), strict=True))
-    wanted |= dict(zip(ROWS, matrix.tolist(), strict=True))
-    wanted[OFFSET] = offset.tolist()
-    return any([_set(group, name, value) for name, value in wanted.items()])
+    return wanted | dict(zip(ROWS, matrix.tolist(), strict=True)) | {OFFSET: offset.tolist()}
 
 
-def _set(group: bpy.types.ShaderNodeTree, name: str, value: tuple[float, ...] | list) -> bool:
-    node = group.nodes.get(name)  # an artist may have removed it
-    if node is None:
-        return False
-    socket = node.inputs[1]
-    # what is written is an update, even if nothing changes, and Cycles starts anew
-    if np.array_equal(np.float32(socket.default_value), np.float32(value)):
-        return False
-    socket.default_value = value
-    return True
+def differ(group: bpy.types.ShaderNodeTree, wanted: Mapping[str, Sequence[float]]) -> bool:
+    """Whether the nodes that are there hold something else; an artist may have removed some."""
+    return any(_differs(group, name, value) for name, value in wanted.items())
+
+
+def write(group: bpy.types.ShaderNodeTree, wanted: Mapping[str, Sequence[float]]) -> None:
+    """Have the nodes that are there hold `inputs`."""
+    for name, value in wanted.items():
+        # what is written is an update, even if nothing changes, and Cycles starts anew
+        if _differs(group, name, value):
+            group.nodes[name].inputs[1].default_value = value
+
+
+def _differs(group: bpy.types.ShaderNodeTree, name: str, value: Sequence[float]) -> bool:
+    node = group.nodes.get(name)
+    return bool(node) and not np.array_equal(
+        np.float32(node.inputs[1].default_value), np.float32(value)
+    )
 
 
 def _vector_math(

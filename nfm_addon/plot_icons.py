@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plots as icons, which is how a panel can show pixels; drawn anew only for another model."""
+"""Plots as icons, which is how a panel can show pixels; drawn anew only for another model.
+
+A thick line is the material as edited; where that differs, a thin one is the fit.
+"""
 
 from __future__ import annotations
+
+from dataclasses import fields
 
 import bpy
 import bpy.utils.previews
@@ -9,27 +14,61 @@ import numpy as np
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 from bpy.utils import register_classes_factory
 
+from ..fitter.model import FactorModel
+from ..fitter.slices import INCIDENCE
 from ..fitter.stand_in import without_direction
-from . import material as materials
-from .plot import PLOTS
+from . import editing
+from .edit_properties import sliders_of
+from .plot import CHANNELS, LOBES, MEASURED, PLOTS, SLICES
 from .slices_text import decode
+
+_AS_FITTED = "Thin lines: as fitted, where it was edited"
 
 KIND_ITEMS = (
     (
         "NDF",
         "D",
         "Distribution of the facets of each lobe: theta_h from 0 to 90 degrees on a "
-        "square-root axis, 4 decades",
+        f"square-root axis, 4 decades. {_AS_FITTED}",
     ),
-    ("FRESNEL", "F", "Fresnel curves of red, green and blue: theta_d from 0 to 90 degrees, 0 to 1"),
-    ("MASKING", "G", "Masking of each lobe: theta from 0 to 90 degrees, 0 to 1"),
+    (
+        "FRESNEL",
+        "F",
+        "Fresnel curves of red, green and blue: theta_d from 0 to 90 degrees, 0 to 1. "
+        f"{_AS_FITTED}",
+    ),
+    (
+        "MASKING",
+        "G",
+        f"Masking of each lobe: theta from 0 to 90 degrees, 0 to 1. {_AS_FITTED}",
+    ),
     (
         "SLICES",
         "Slice",
         "Reflected light in the plane of incidence, light from 10, 30, 60 and 80 "
-        "degrees: from -90 to 90 degrees, 4 decades; the measurement in grey where it is known",
+        "degrees: from -90 to 90 degrees, 4 decades; the measurement in grey where it is known. "
+        f"{_AS_FITTED}",
     ),
 )
+
+CAPTIONS = {
+    "NDF": "Facet angle 0 to 90\N{DEGREE SIGN}, square root; 4 decades",
+    "FRESNEL": "Angle to the light 0 to 90\N{DEGREE SIGN}; 0 to 1",
+    "MASKING": "Angle to the normal 0 to 90\N{DEGREE SIGN}; 0 to 1",
+    "SLICES": "View angle -90 to 90\N{DEGREE SIGN}; 4 decades",
+}
+
+_LOBE_LEGEND = [(f"Lobe {lobe}", color) for lobe, color in enumerate(LOBES, 1)]
+
+LEGENDS = {
+    "NDF": _LOBE_LEGEND,
+    "FRESNEL": list(zip(("Red", "Green", "Blue"), CHANNELS, strict=True)),
+    "MASKING": _LOBE_LEGEND,
+    "SLICES": [
+        *zip((f"{a:.0f}\N{DEGREE SIGN}" for a in np.degrees(INCIDENCE)), SLICES, strict=True),
+        ("Data", MEASURED),
+    ],
+}
 
 
 class NFM_PG_plot(bpy.types.PropertyGroup):
@@ -37,39 +76,70 @@ class NFM_PG_plot(bpy.types.PropertyGroup):
 
     kind: EnumProperty(name="Plot", description="What is plotted", items=KIND_ITEMS)
     size: FloatProperty(
-        name="Size", description="Size of the plot", default=11, min=4, max=24, precision=1
+        name="Size", description="Size of the plot", default=12, min=4, max=24, precision=1
     )
 
 
 class PlotIcons:
-    """The icon of each kind of plot, and what it was drawn from."""
+    """The icon of each kind of plot, and what it was drawn from; squares of one colour."""
 
     def __init__(self) -> None:
         self._previews = bpy.utils.previews.new()
-        self._drawn: dict[str, tuple[str, str]] = {}
+        self._drawn: dict[str, tuple] = {}
 
     def icon_of(self, item: bpy.types.Material, kind: str) -> int:
-        """Icon of a material's plot.
+        """Icon of a material's plot, as it is edited now.
 
         Raises
         ------
         ParameterFileError
             The material's parameters were damaged.
+        ShaderError
+            The material has lost its nodes.
         """
-        state = (item.nfm.parameters, item.nfm.slices)
+        edit = item.nfm.edit
+        state = (
+            item.nfm.parameters,
+            item.nfm.slices,
+            editing.group_of(item).nfm.applied,
+            edit.show_original,
+            sliders_of(edit),
+        )
         if self._drawn.get(kind) != state:
-            model = without_direction(materials.fitted_material(item).model)
-            pixels = PLOTS[kind](model, decode(item.nfm.slices))
-            preview = self._previews.get(kind) or self._previews.new(kind)
-            preview.image_size = preview.icon_size = pixels.shape[1::-1]
-            preview.image_pixels_float.foreach_set(np.ravel(pixels))
-            preview.icon_pixels_float.foreach_set(np.ravel(pixels))
+            fitted = without_direction(editing.fitted_material(item).model)
+            edited = without_direction(editing.edited_model(item))
+            pixels = PLOTS[kind](
+                edited, None if _equal(edited, fitted) else fitted, decode(item.nfm.slices)
+            )
+            self._put(kind, pixels)
             self._drawn[kind] = state
         return self._previews[kind].icon_id
+
+    def swatch(self, color: tuple[float, ...]) -> int:
+        """Icon of a square of one colour."""
+        name = repr(color)
+        if name not in self._previews:
+            pixels = np.zeros((16, 16, 4), np.float32)
+            pixels[3:13, 3:13] = (*color, 1.0)
+            self._put(name, pixels)
+        return self._previews[name].icon_id
+
+    def _put(self, name: str, pixels: np.ndarray) -> None:
+        preview = self._previews.get(name) or self._previews.new(name)
+        preview.image_size = preview.icon_size = pixels.shape[1::-1]
+        preview.image_pixels_float.foreach_set(np.ravel(pixels))
+        preview.icon_pixels_float.foreach_set(np.ravel(pixels))
 
     def close(self) -> None:
         """Free the pixels."""
         bpy.utils.previews.remove(self._previews)
+
+
+def _equal(one: FactorModel, other: FactorModel) -> bool:
+    return all(
+        np.allclose(getattr(one, f.name), getattr(other, f.name), rtol=1e-9, atol=0)
+        for f in fields(one)
+    )
 
 
 icons: PlotIcons | None = None

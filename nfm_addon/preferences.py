@@ -7,13 +7,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.props import BoolProperty, StringProperty
 from bpy.utils import register_classes_factory
 
 from .. import __package__ as base_package
 from ..fitter.quality import DEFAULT_QUALITY
 from . import material_library
-from .properties import QUALITY_ITEMS
+from .fit_options import quality_option
 
 
 class NFM_AP_preferences(bpy.types.AddonPreferences):
@@ -21,12 +21,7 @@ class NFM_AP_preferences(bpy.types.AddonPreferences):
 
     bl_idname = base_package
 
-    quality: EnumProperty(
-        name="Default Quality",
-        description="Quality that the import dialog starts with",
-        items=QUALITY_ITEMS,
-        default=DEFAULT_QUALITY.upper(),
-    )
+    quality: quality_option("Quality that the import dialog starts with", "Default Quality")
     library_path: StringProperty(
         name="Library",
         description="Folder in which presets and imported folders are saved; empty: a folder of "

@@ -19,7 +19,7 @@ from bpy.props import (
 from bpy.utils import register_classes_factory
 
 from . import changes
-from .edit_properties import NFM_PG_edit
+from .edit_properties import OVERRIDE, NFM_PG_edit
 
 SAMPLING_ITEMS = (
     (
@@ -88,19 +88,24 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         name="Parameters",
         description="The fitted model as the text of an .nfm.json file; empty for other materials",
         options={"HIDDEN"},
+        override=OVERRIDE,
     )
     source: StringProperty(
-        name="Source", description="Name of the measured file, without its folder"
+        name="Source",
+        description="Name of the measured file, without its folder",
+        override=OVERRIDE,
     )
     source_path: StringProperty(
         name="Source Path",
         description="Where the measured file was when it was imported, to fit it again",
         subtype="FILE_PATH",
+        override=OVERRIDE,
     )
     slices: StringProperty(
         name="Slices",
         description="Values of the measurement in the plane of incidence, to compare with",
         options={"HIDDEN"},
+        override=OVERRIDE,
     )
     token: StringProperty(
         name="Token",
@@ -108,40 +113,74 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         options={"HIDDEN"},
     )
     quality: StringProperty(
-        name="Quality", description="How long the fit took its time: draft, standard or best"
+        name="Quality",
+        description="How long the fit took its time: draft, standard or best",
+        override=OVERRIDE,
     )
-    source_format: StringProperty(name="Format", description="Format of the measured file")
-    model: StringProperty(name="Model", description="Kind of factor model, such as shared3")
-    numbers: IntProperty(name="Numbers", description="How many numbers the model has")
+    source_format: StringProperty(
+        name="Format",
+        description="Format of the measured file",
+        override=OVERRIDE,
+    )
+    model: StringProperty(
+        name="Model",
+        description="Kind of factor model, such as shared3",
+        override=OVERRIDE,
+    )
+    numbers: IntProperty(
+        name="Numbers",
+        description="How many numbers the model has",
+        override=OVERRIDE,
+    )
     objective: FloatProperty(
         name="Objective",
         description="Weighted squared error of the fit relative to the data (Peng et al. 2017, "
         "eq. 2)",
         precision=6,
+        override=OVERRIDE,
     )
-    iterations: IntProperty(name="Iterations", description="Steps of the fit")
+    iterations: IntProperty(
+        name="Iterations",
+        description="Steps of the fit",
+        override=OVERRIDE,
+    )
     mean_log_error: FloatProperty(
         name="Mean Log Error",
         description="Mean of |log(fit / data)| over all measured bins, weighted by solid angle",
         precision=4,
+        override=OVERRIDE,
     )
     largest_directional_albedo: FloatProperty(
         name="Largest Albedo",
         description="The largest share of incoming light that is reflected, over view angles and "
         "channels; above 1 the material creates light",
         precision=4,
+        override=OVERRIDE,
     )
     studio_psnr: FloatProperty(
         name="PSNR",
         description="Similarity of a picture of the fit and one of the measurement, on a sphere in "
         "a studio: dB, as displayed; from 45 on hardly anyone sees a difference",
         precision=1,
+        override=OVERRIDE,
+    )
+    anisotropy_direction: FloatProperty(
+        name="Main Direction",
+        description="Where brush marks or the stronger threads lie, degrees counter-clockwise from "
+        "the tangent at a Rotation of 0",
+        precision=1,
+    )
+    anisotropy_strength: FloatProperty(
+        name="Anisotropy",
+        description="How much the main direction stands out: 0 not at all, or isotropic; 1 alone",
+        precision=2,
     )
     native_error: FloatProperty(
         name="Native Error",
         description="Error of a picture in native sampling: sum of |difference| to the model's own "
         "over the sum, on a sphere in a studio",
         precision=4,
+        override=OVERRIDE,
     )
     native_share: FloatProperty(
         name="Native Share",
@@ -149,23 +188,27 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         "directions",
         subtype="FACTOR",
         precision=3,
+        override=OVERRIDE,
     )
     native_psnr: FloatProperty(
         name="Native PSNR",
         description="The same picture's PSNR against the model's own, dB, as displayed",
         precision=1,
+        override=OVERRIDE,
     )
     mute: BoolVectorProperty(
         name="Mute",
         description="Leave this lobe out; its scale is kept",
         size=3,
         update=_lobes_changed,
+        override=OVERRIDE,
     )
     solo: BoolVectorProperty(
         name="Solo",
         description="Show this lobe and the diffuse part only, and others on solo",
         size=3,
         update=_lobes_changed,
+        override=OVERRIDE,
     )
     sampling: EnumProperty(
         name="Sampling",
@@ -173,8 +216,9 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         items=SAMPLING_ITEMS,
         default=DEFAULT_SAMPLING,
         update=_sampling_changed,
+        override=OVERRIDE,
     )
-    edit: PointerProperty(type=NFM_PG_edit)
+    edit: PointerProperty(type=NFM_PG_edit, override=OVERRIDE)
 
 
 _register_classes, _unregister_classes = register_classes_factory((NFM_PG_material,))
@@ -182,7 +226,7 @@ _register_classes, _unregister_classes = register_classes_factory((NFM_PG_materi
 
 def register() -> None:
     _register_classes()
-    bpy.types.Material.nfm = PointerProperty(type=NFM_PG_material)
+    bpy.types.Material.nfm = PointerProperty(type=NFM_PG_material, override=OVERRIDE)
 
 
 def unregister() -> None:

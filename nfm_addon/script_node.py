@@ -54,7 +54,8 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
         The source does not compile; the messages of the compiler are on the console.
     """
     text = node.script
-    if text and text.users - text.use_fake_user > 1:  # a copied group still has the same Text
+    # a copied group still has the same Text, perhaps that of another file
+    if text and (text.library or text.users - text.use_fake_user > 1):
         text = None
     previous = text and text.as_string()
     if text is None:

@@ -26,29 +26,38 @@ def group_of(owner: bpy.types.Material) -> bpy.types.ShaderNodeTree:
 
 
 def has_own_nodes(owner: bpy.types.Material) -> bool:
-    """Whether there is a node group with a shader in this file, which can be changed."""
+    """Whether a material can be changed: it is not linked, and has, or can have, its own group.
+
+    A library override has the linked group until `own_group` copies it.
+    """
     try:
-        group = group_of(owner)
+        group_of(owner)
     except ShaderError:
         return False
-    return not (owner.library or group.library or group.override_library)
+    return owner.library is None
 
 
 def own_group(owner: bpy.types.Material) -> bpy.types.ShaderNodeTree:
     """The node group of a material, which gets a copy where others have the same.
 
+    Of a library override that copy is in this file, and the override keeps it.
+
     Raises
     ------
     ShaderError
-        The group is linked from another file.
+        The material is linked from another file.
     """
     node = find_group_node(owner)
     group = node.node_tree
-    if group.library or group.override_library:
+    if owner.library:
         raise ShaderError(
-            f"material {owner.name!r} has a node group from another file; make it local first"
+            f"material {owner.name!r} is linked from another file; make a library override first"
         )
-    if any(other != owner and _has_group(other, group) for other in measured_materials()):
+    if group.override_library:  # a copy of it would be an override again, whose nodes are fixed
+        group = node.node_tree = group.override_library.reference.copy()
+    elif group.library or any(
+        other != owner and _has_group(other, group) for other in measured_materials()
+    ):
         group = node.node_tree = group.copy()
     return group
 

@@ -36,15 +36,16 @@ def refresh(
     """Make the shader what the material asks for; whether there was something to do.
 
     settings : with the values of a frame; None is owner.nfm
-    draft : with the closures of the last base, and without their error
+    draft : with the closures of the last base, fewer views of anisotropic models, and without
+        the error
 
     Raises
     ------
     ParameterFileError
         The stored parameters were damaged.
     ShaderError
-        This Blender cannot compile the shader, the material has lost its Script node, or its node
-        group is linked.
+        This Blender cannot compile the shader, or the material has lost its Script node or is
+        linked.
     """
     group = group_of(owner)
     curve_nodes.join_seams(group)
@@ -56,14 +57,18 @@ def refresh(
         model = shader_model(state, curve_nodes.heights(group))
         closures = _closures.get(group.session_uid) if draft else None
         sampling = state.settings.sampling.lower()
-        surface = new_surface(model, sampling, closures, graded=not draft)
+        surface = new_surface(model, sampling, closures, draft=draft)
         script_node.fill(group.nodes[SCRIPT_NODE], f"{owner.name}.osl", surface.source)
         _remember(owner, group, surface, digest + (_DRAFT if draft else ""))
         stand_in.show_in_workbench(owner, stand_in.put(group, model))
     else:
         changed = False
     gains = tuple(lobe.gain for lobe in state.sliders.lobes)
-    return live_nodes.set_inputs(group, gains, *diffuse_map(state)) or changed
+    wanted = live_nodes.inputs(gains, *diffuse_map(state))
+    if not live_nodes.differ(group, wanted):
+        return changed
+    live_nodes.write(own_group(owner), wanted)
+    return True
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:

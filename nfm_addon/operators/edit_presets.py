@@ -31,7 +31,10 @@ class NFM_OT_save_edits(MaterialOperator, bpy.types.Operator, ExportHelper):
 
     filename_ext = parameter_file.SUFFIX
     filepath: StringProperty(
-        description="The file to write", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="The file to write",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     filter_glob: StringProperty(default="*.nfm.json", options={"HIDDEN"})
 
@@ -57,7 +60,10 @@ class NFM_OT_load_edits(EditOperator, bpy.types.Operator, ImportHelper):
     bl_description = "Give this material the sliders and edited curves of a preset"
 
     filepath: StringProperty(
-        description="The preset to read", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="The preset to read",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     filter_glob: StringProperty(default="*.nfm.json", options={"HIDDEN"})
 

@@ -24,7 +24,12 @@ class NFM_OT_export_parameters(EditOperator, bpy.types.Operator, ExportHelper):
     bl_options = {"REGISTER"}
 
     filename_ext = parameter_file.SUFFIX
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="The .nfm.json file to write",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default=f"*{parameter_file.SUFFIX}", options={"HIDDEN"})
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 from bpy.utils import register_classes_factory
@@ -13,27 +14,22 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import is_parameter_file, material_from_file
-from ...fitter.quality import DEFAULT_QUALITY
-from .. import drop
+from .. import drop, formats
 from ..assignment import targets_of
+from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting import landing
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import DROPPED_SUFFIXES, FILE_FILTER, SUFFIXES
+from ..panel_text import fact
 from ..preferences import preferences_of
-from ..properties import (
-    AUTOMATIC,
-    DEFAULT_SAMPLING,
-    ENCODING_ITEMS,
-    QUALITY_ITEMS,
-    SAMPLING_ITEMS,
-)
+from ..properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 
 
 class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     """bpy.ops.nfm.import_measurement(filepath=..., sampling='NATIVE', quality='STANDARD')."""
 
     bl_idname = "nfm.import_measurement"
-    bl_label = "Import Measured BRDF"
+    bl_label = "Import BRDF"
     bl_description = (
         "Fit measured BRDFs or load fitted ones (.nfm.json), and put the material on the selected "
         "objects. The format is recognised by the content. Fits run beside the interface; Esc "
@@ -42,31 +38,25 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
     # no UNDO: the step is made when the material is, see fitting/landing.py
     bl_options = {"REGISTER", "PRESET"}
 
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="A measured file or an .nfm.json file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(
         type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}
     )
     filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
-    quality: EnumProperty(
-        name="Quality",
-        description="How long the fit of a measured file may take",
-        items=QUALITY_ITEMS,
-        default=DEFAULT_QUALITY.upper(),
-    )
+    quality: quality_option("How long the fit of a measured file may take")
     sampling: EnumProperty(
         name="Sampling",
         description="How Cycles samples the material; can be changed later",
         items=SAMPLING_ITEMS,
         default=DEFAULT_SAMPLING,
     )
-    encoding: EnumProperty(
-        name="Encoding",
-        description="How the numbers of a UTIA file (.bin, .exr) are taken; other formats have no "
-        "choice",
-        items=ENCODING_ITEMS,
-        default=AUTOMATIC,
-    )
+    encoding: encoding_option()
     assign: BoolProperty(
         name="Assign to Selection",
         description="Put the material on the selected objects, or the active one where none is "
@@ -78,13 +68,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         description="Show the material in the asset browser, with a picture and tags",
         default=False,
     )
-    wait: BoolProperty(
-        name="Wait",
-        description="Return when the fit is finished, as a script wants it; always so in the "
-        "background",
-        default=False,
-        options={"HIDDEN", "SKIP_SAVE"},
-    )
+    wait: wait_option()
 
     _targets: list[int] | None = None
 
@@ -93,9 +77,27 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             self.quality = preferences_of(context).quality
         if not self.files:
             return ImportHelper.invoke(self, context, event)
-        if under_mouse := drop.object_under_mouse(context, event):
-            self._targets = [under_mouse.session_uid]
+        if target := drop.target(context, event):
+            self._targets = [target.session_uid]
         return self.execute(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        path = formats.chosen(context) or self.filepath
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        found = formats.name_of(path)
+        fact(layout, iface_("Format"), found or iface_("By content"))
+        column = layout.column()
+        column.enabled = found != "NFM"  # which needs no fit
+        column.prop(self, "quality")
+        layout.prop(self, "sampling")
+        row = layout.row()
+        row.enabled = formats.has_encodings(path)
+        row.prop(self, "encoding")
+        column = layout.column(align=True)
+        column.prop(self, "assign")
+        column.prop(self, "as_asset")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         targets = self._targets or targets_of(context) if self.assign else []
@@ -109,7 +111,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             if waits or is_parameter_file(path):
                 done += self._land(context, place)
             else:
-                queue.add(Job(path, self.quality.lower(), place, self._encoding()))
+                queue.add(Job(path, self.quality.lower(), place, encoding_name(self.encoding)))
                 done += 1
         if queue.jobs and not waits:
             bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
@@ -121,9 +123,6 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             return [str(folder / item.name) for item in self.files]
         return [bpy.path.abspath(self.filepath)]
 
-    def _encoding(self) -> str | None:
-        return None if self.encoding == AUTOMATIC else self.encoding
-
     def _land(self, context: bpy.types.Context, place: landing.NewMaterial) -> bool:
         """Fit or load at once; whether that went well."""
         progress = context.window_manager
@@ -131,7 +130,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         try:
             fitted = material_from_file(
                 place.path,
-                encoding=self._encoding(),
+                encoding=encoding_name(self.encoding),
                 quality=self.quality.lower(),
                 on_step=lambda step: progress.progress_update(step.progress),
             )

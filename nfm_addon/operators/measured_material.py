@@ -18,7 +18,7 @@ def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
 
 
 class OwnMaterialOperator:
-    """An operator on the active measured material, whose nodes belong to this file."""
+    """An operator on the active measured material, which is not linked."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -29,7 +29,10 @@ class OwnMaterialOperator:
             cls.poll_message_set("The active material is not a measured BRDF")
             return False
         if not editing.has_own_nodes(material):
-            cls.poll_message_set("The material is linked from another file; make it local first")
+            cls.poll_message_set(
+                "The material is linked from another file, or has lost its nodes; the panel "
+                "Measured BRDF makes a linked one editable"
+            )
             return False
         return True
 

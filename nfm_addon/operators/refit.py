@@ -7,44 +7,37 @@ from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
-from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.props import StringProperty
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
 from ...fitter.fit_file import is_parameter_file, material_from_file
-from ...fitter.quality import DEFAULT_QUALITY
+from .. import editing
+from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting.landing import ExistingMaterial
 from ..fitting.queue import FitResult, Job, queue
 from ..formats import FILE_FILTER
-from ..properties import QUALITY_ITEMS
 from .measured_material import OwnMaterialOperator, active_material
 
 
 class _Fits(OwnMaterialOperator):
     """What both operators share: the options, and putting a file's model into a material."""
 
-    quality: EnumProperty(
-        name="Quality",
-        description="How long the fit may take",
-        items=QUALITY_ITEMS,
-        default=DEFAULT_QUALITY.upper(),
-    )
-    wait: BoolProperty(
-        name="Wait",
-        description="Return when the fit is finished; always so in the background",
-        options={"HIDDEN", "SKIP_SAVE"},
-    )
+    quality: quality_option("How long the fit may take")
+    wait: wait_option()
 
-    def _put_model_of(self, path: str, context: bpy.types.Context) -> set[str]:
+    def _put_model_of(
+        self, path: str, context: bpy.types.Context, encoding: str | None
+    ) -> set[str]:
         item = active_material(context)
         place = ExistingMaterial(item.session_uid, path, self.bl_label)
         if not (self.wait or bpy.app.background or is_parameter_file(path)):
-            queue.add(Job(path, self.quality.lower(), place))
+            queue.add(Job(path, self.quality.lower(), place, encoding))
             bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
             return {"FINISHED"}
         try:
-            fitted = material_from_file(path, quality=self.quality.lower())
+            fitted = material_from_file(path, encoding=encoding, quality=self.quality.lower())
             self.report({"INFO"}, place.final(FitResult(fitted)))
         except NfmError as error:
             self.report({"ERROR"}, str(error))
@@ -62,6 +55,8 @@ class NFM_OT_refit(_Fits, bpy.types.Operator):
     )
     bl_options = {"REGISTER"}
 
+    encoding: encoding_option("as it was taken before")
+
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         path = bpy.path.abspath(active_material(context).nfm.source_path)
         if not Path(path).is_file() or is_parameter_file(path):
@@ -70,11 +65,18 @@ class NFM_OT_refit(_Fits, bpy.types.Operator):
         return context.window_manager.invoke_props_dialog(self)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        path = active_material(context).nfm.source_path
+        item = active_material(context)
+        path = item.nfm.source_path
         if not path:
             self.report({"ERROR"}, rpt_("Where the measured file is, is not known; use Replace"))
             return {"CANCELLED"}
-        return self._put_model_of(bpy.path.abspath(path), context)
+        try:
+            known = editing.fitted_material(item).fit.get("encoding")
+        except NfmError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        encoding = encoding_name(self.encoding) or known
+        return self._put_model_of(bpy.path.abspath(path), context, encoding)
 
 
 class NFM_OT_replace_measurement(_Fits, bpy.types.Operator, ImportHelper):
@@ -88,11 +90,18 @@ class NFM_OT_replace_measurement(_Fits, bpy.types.Operator, ImportHelper):
     )
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="A measured file or an .nfm.json file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
+    encoding: encoding_option()
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self._put_model_of(bpy.path.abspath(self.filepath), context)
+        path = bpy.path.abspath(self.filepath)
+        return self._put_model_of(path, context, encoding_name(self.encoding))
 
 
 register, unregister = register_classes_factory((NFM_OT_refit, NFM_OT_replace_measurement))

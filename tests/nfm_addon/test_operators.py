@@ -69,8 +69,8 @@ def test_a_model_whose_shader_does_not_compile_is_not_taken(
 def test_refit_fits_the_same_file_with_another_quality(blender, addon, item, fitted, monkeypatch):
     calls = []
 
-    def fit(path, *, quality):
-        calls.append((path, quality))
+    def fit(path, *, encoding, quality):
+        calls.append((path, encoding, quality))
         return FittedMaterial("x", MODELS["metal"], fitted.source, {"quality": quality})
 
     monkeypatch.setattr(addon("operators.refit"), "material_from_file", fit)
@@ -78,8 +78,23 @@ def test_refit_fits_the_same_file_with_another_quality(blender, addon, item, fit
         blender.ops.nfm.refit()
     item.nfm.source_path = "/measured/blue.binary"
     blender.ops.nfm.refit(quality="BEST")
-    assert calls == [("/measured/blue.binary", "best")]
+    assert calls == [("/measured/blue.binary", None, "best")]
     assert item.nfm.quality == "best"
+
+
+def test_refit_takes_the_numbers_as_before_unless_told(blender, addon, item, fitted, monkeypatch):
+    calls = []
+
+    def fit(_path, *, encoding, quality):
+        calls.append(encoding)
+        return FittedMaterial("x", MODELS["metal"], fitted.source, {"encoding": encoding})
+
+    monkeypatch.setattr(addon("operators.refit"), "material_from_file", fit)
+    blender.ops.nfm.replace_measurement(filepath="/measured/x.bin", encoding="srgb-140")
+    blender.ops.nfm.refit()
+    blender.ops.nfm.refit(encoding="linear")
+    blender.ops.nfm.refit()
+    assert calls == ["srgb-140", "srgb-140", "linear", "linear"]
 
 
 def test_reset(blender, addon, item, fitted):

@@ -2,6 +2,7 @@
 """./nfm ui-test without a window: what it builds, and what it says where it cannot run."""
 
 import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -48,8 +49,78 @@ def test_the_session_follows_the_installation_if_that_went_well(
     package = tmp_path / "nfm-1.zip"
     monkeypatch.setattr(ui_test, "build_package", lambda _folder: package)
     monkeypatch.setattr(ui_test, "_write_samples", lambda _folder: None)
-    monkeypatch.setattr(ui_test, "_launcher", lambda *_: Fake())
-    assert ui_test._run(None, tmp_path, session) == installing
+    assert ui_test._run(Fake(), tmp_path, session) == installing
     assert calls[0][-1] == "/project/nfm-1.zip"
     assert len(calls) == (1 if installing else 2)
-    assert (tmp_path / f"{session}.py").is_file()
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {f"{session}.py", "driver.py", "xdnd.py"} <= names
+
+
+def test_without_a_window_it_is_skipped_only_if_asked(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(ui_test, "WINDOW_TOOL", tmp_path / "none.sh")
+    assert ui_test.main([]) == ui_test.FAILED
+    assert "skipped" not in capfd.readouterr().err
+    assert ui_test.main(["--if-possible"]) == 0
+    error = capfd.readouterr().err
+    assert "--blender PATH" in error
+    assert "skipped" in error
+
+
+def test_a_session_that_fails_is_no_reason_to_skip(monkeypatch):
+    monkeypatch.setattr(ui_test.WindowTool, "prepare", lambda _self: None)
+    monkeypatch.setattr(ui_test, "WINDOW_TOOL", Path(__file__))
+    monkeypatch.setattr(ui_test, "_run", lambda *_: 3)
+    assert ui_test.main(["--if-possible"]) == 3
+
+
+def executable(path, script):
+    path.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.mark.parametrize("status", [0, 5])
+def test_the_window_is_set_up_once(status, tmp_path, monkeypatch):
+    """By a tool that notes its arguments and makes, or does not make, what it is for."""
+    root = tmp_path / "root"
+    script = f'echo "$@" >> {tmp_path}/calls; [ {status} = 0 ] && mkdir -p {root}/usr/bin && '
+    tool = executable(tmp_path / "tool.sh", f"{script} touch {root}/usr/bin/blender; exit {status}")
+    executable(tmp_path / "debootstrap", "")
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    monkeypatch.setattr(ui_test, "WINDOW_TOOL", tool)
+    monkeypatch.setattr(ui_test, "WINDOW_ROOT", root)
+    monkeypatch.setattr(ui_test.os, "geteuid", lambda: 0)
+    window = ui_test.WindowTool(tmp_path)
+    if status:
+        with pytest.raises(SetupError, match="could not be set up"):
+            window.prepare()
+        return
+    window.prepare()
+    window.prepare()
+    assert (tmp_path / "calls").read_text(encoding="utf-8") == f"setup {root}\n"
+
+
+def test_only_root_sets_up_a_window(tmp_path, monkeypatch):
+    monkeypatch.setattr(ui_test, "WINDOW_ROOT", tmp_path)
+    monkeypatch.setattr(ui_test.os, "geteuid", lambda: 1000)
+    with pytest.raises(SetupError, match="only root"):
+        ui_test.WindowTool(tmp_path).prepare()
+
+
+def test_a_blender_of_this_machine_gets_a_display_and_settings_of_its_own(tmp_path, monkeypatch):
+    path = executable(
+        tmp_path / "blender",
+        f'echo "$DISPLAY $BLENDER_USER_RESOURCES $@" >> {tmp_path}/calls; exit 7',
+    )
+    # an X server that tells its number
+    executable(tmp_path / "Xvfb", "echo 42 > /proc/self/fd/$2; exec sleep 60")
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    project = tmp_path / "project"
+    project.mkdir()
+    blender = ui_test._launcher(path, project)
+    blender.prepare()
+    assert blender.run("--python", "x.py") == 7
+    assert blender.run("--command", "extension") == 7
+    calls = (tmp_path / "calls").read_text(encoding="utf-8").splitlines()
+    assert calls == [f":42 {project}/user --python x.py", f" {project}/user --command extension"]
