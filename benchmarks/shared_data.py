@@ -110,5 +110,6 @@ def fitted_material(name: str, folder: Path | None) -> parameter_file.FittedMate
         return parameter_file.load(kept)
     fitted = fit_file.fit_measurement(read_material(name))
     if kept:
+        folder.mkdir(parents=True, exist_ok=True)
         parameter_file.save(kept, fitted)
     return fitted

@@ -24,7 +24,7 @@ import numpy as np
 from .base_catalogue import catalogue
 from .closures import Closure
 from .factors import Factors
-from .nnls import PartlyNonnegative, solve_partly_nonnegative
+from .nnls import PartlyNonnegative
 from .quadrature import ViewQuadrature
 from .view_grid import DRAFT_GRIDS, FIT_GRIDS, SELECTION_GRIDS, ViewGrid
 
@@ -113,7 +113,7 @@ def select_closures(model: Factors, count: int) -> tuple[Closure, ...]:
     owner = np.repeat(np.arange(len(candidates)), [c.n_columns for c in candidates])
     systems = [_NormalEquations(model, candidates, *pair) for pair in _dictionary(candidates, grid)]
     chosen: list[int] = []
-    solutions = [np.zeros((3, len(owner))) for _ in systems]
+    solutions = np.zeros((len(systems), 3, len(owner)))
     while len(chosen) < count:
         gains = np.zeros(len(candidates))
         for system, solution, area in zip(systems, solutions, grid.areas(), strict=True):
@@ -122,8 +122,7 @@ def select_closures(model: Factors, count: int) -> tuple[Closure, ...]:
         gains[chosen] = -1
         chosen.append(int(gains.argmax()))
         active = np.isin(owner, chosen)
-        for system, solution in zip(systems, solutions, strict=True):
-            solution[:] = system.solve_sum(~signed, active)
+        solutions[:, :, active] = _solve_sums(systems, ~signed, active)
     return tuple(candidates[i] for i in chosen)
 
 
@@ -157,15 +156,14 @@ class _NormalEquations:
         self.weight, self.lobes = weight, lobes
         self.view, self.columns = view, columns
 
-    def solve_sum(self, nonnegative: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """Scaled solution (3, columns) for the sum of the lobes, 0 where not active."""
-        out = np.zeros(self.right.shape[1:])
-        matrix = self.matrix[np.ix_(active, active)]
-        for channel, right in enumerate(self.right.sum(0)):
-            out[channel, active] = solve_partly_nonnegative(
-                matrix, right[active], nonnegative[active]
-            )
-        return out
+
+def _solve_sums(
+    systems: list[_NormalEquations], nonnegative: np.ndarray, active: np.ndarray
+) -> np.ndarray:
+    """Scaled solutions (views, 3, active columns) for the sum of the lobes."""
+    matrix = np.stack([system.matrix[np.ix_(active, active)] for system in systems])
+    right = np.stack([system.right.sum(0)[:, active] for system in systems])
+    return PartlyNonnegative(matrix, nonnegative[active]).solve(right)
 
 
 def _solve_lobes(systems: list[_NormalEquations], nonnegative: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -221,8 +221,20 @@ def loads(text: str, name: str = "parameters") -> FittedMaterial:
         ),
         source=_source(document.get("source"), name),
         fit=_figures(document.get("fit"), name),
-        edits=edit_document.from_json(document["edits"], name) if "edits" in document else None,
+        edits=_edits(document["edits"], document["kind"], name) if "edits" in document else None,
     )
+
+
+def _edits(document: object, kind: str, name: str) -> EditDocument:
+    edits = edit_document.from_json(document, name)
+    if edits.blend is None:
+        return edits
+    other = loads(edits.blend.parameters, f'"blend" of {name}')
+    if other.model.kind != kind:
+        raise ParameterFileError(
+            f'{name}: the model is {kind} and that of "blend" {other.model.kind}; save it again'
+        )
+    return replace(edits, blend=replace(edits.blend, parameters=dumps(other)))
 
 
 def save(path: str | os.PathLike, material: FittedMaterial, digits: int | None = None) -> None:

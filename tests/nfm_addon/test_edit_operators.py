@@ -230,6 +230,27 @@ def test_blend_with(blender, build, editing, source):
         blender.ops.nfm.blend_with(material="nothing")
 
 
+def test_presets_of_a_blend(blender, build, brushed, source, tmp_path):
+    one, _two = build("metal"), build("plastic")
+    activate(blender, one)
+    blender.ops.nfm.blend_with(material="plastic")
+    one.nfm.edit.blend = 0.5
+    blender.ops.nfm.apply_edits()
+    path = tmp_path / "between.nfm.json"
+    blender.ops.nfm.save_edits(filepath=str(path))
+    blender.ops.nfm.import_measurement(filepath=str(path), sampling="REFERENCE")
+    imported = blender.context.active_object.active_material
+    assert imported.nfm.edit.blend == 0.5
+    assert imported.nfm.edit.blend_name == "plastic"
+    assert source(imported) == source(one)
+    activate(blender, brushed)
+    before = source(brushed)
+    with pytest.raises(RuntimeError, match="load it into a material of the same kind"):
+        blender.ops.nfm.load_edits(filepath=str(path))
+    assert source(brushed) == before
+    assert not brushed.nfm.edit.blend_parameters
+
+
 def test_undo_is_one_step(blender, build, editing, handles_of):
     material = build()
     drag(editing, material, "Lobe 1 D")

@@ -70,7 +70,7 @@ def lay_out(window):
     """Cycles on the left; on the right the inside of the material's node group."""
     area = window.area("VIEW_3D")
     with bpy.context.temp_override(window=window.window, area=area):
-        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.45)
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.35)
     yield 1.0
     areas = [area for area in window.window.screen.areas if area.type == "VIEW_3D"]
     view, editor = sorted(areas, key=lambda area: area.x)
@@ -78,7 +78,7 @@ def lay_out(window):
     space.show_gizmo = space.show_region_toolbar = space.overlay.show_overlays = False
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    scene.cycles.preview_samples = 16
+    scene.cycles.preview_samples = 8
     scene.cycles.use_preview_denoising = True
     space.shading.type = "RENDERED"
     space.shading.use_scene_world_render = space.shading.use_scene_lights_render = False
