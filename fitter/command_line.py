@@ -187,9 +187,7 @@ def _fit_file(arguments: argparse.Namespace) -> None:
 
 
 def _native_figures(model: Factors) -> dict[str, float]:
-    """How good the base lobes are; anisotropic models have none yet."""
-    if model.kind == "anisotropic":
-        return {}
+    """How good the base lobes are."""
     return base_error(model, fit_base_lobes(model)).figures()
 
 

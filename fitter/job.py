@@ -37,7 +37,7 @@ STAGES = {
     "refine": "Refining",
     "polish": "Polishing",
     "limit": "Limiting energy",
-    "albedo": "Matching albedo",
+    "appearance": "Matching pictures",
 }
 
 Emit = Callable[["Event"], None]

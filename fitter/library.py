@@ -151,22 +151,24 @@ def _own(
 
 ENTRIES = (
     _rgl("aurora_white", "Aurora White", "Shimmering", "White with a shimmer"),
-    _rgl("cc_green_malachite", "Green Malachite", "Colour Shift", "Green that turns with the view"),
-    _rgl("cc_iris_purple_gem", "Iris Purple Gem", "Colour Shift", "Purple that turns to blue"),
-    _rgl("cc_nothern_aurora", "Northern Aurora", "Colour Shift", "Changes its hue with the view"),
+    _rgl(
+        "cc_green_malachite", "Green Malachite", "Colour Shift", "Green, turns to yellow and teal"
+    ),
+    _rgl("cc_iris_purple_gem", "Iris Purple Gem", "Colour Shift", "Dark blue, purple at the rim"),
+    _rgl("cc_nothern_aurora", "Northern Aurora", "Colour Shift", "Dark, turns from teal to purple"),
     _rgl(
         "irid_flake_paint1_fine",
         "Iridescent Flake Paint, Fine",
         "Colour Shift",
-        "Paint with iridescent flakes",
+        "Dark paint with iridescent flakes",
     ),
-    _rgl("chm_light_blue", "Chrome Light Blue", "Metallic", "Bright blue metal, satin"),
-    _rgl("chm_mint", "Chrome Mint", "Metallic", "Green metal, narrow highlight"),
-    _rgl("chm_orange", "Chrome Orange", "Metallic", "Orange metal, narrow highlight"),
-    _rgl("vch_silk_blue", "Silk Blue", "Metallic", "Deep blue metal with a silky sheen"),
+    _rgl("chm_light_blue", "Chrome Light Blue", "Metallic", "Steel blue metal, narrow highlight"),
+    _rgl("chm_mint", "Chrome Mint", "Metallic", "Grey green metal, highlight of mint"),
+    _rgl("chm_orange", "Chrome Orange", "Metallic", "Orange red metal, narrow highlight"),
+    _rgl("vch_silk_blue", "Silk Blue", "Metallic", "Deep blue metal, soft highlight"),
     _rgl("cg_sunflower", "Sunflower", "Gloss and Matte", "Saturated yellow, glossy"),
-    _rgl("cm_military_green", "Military Green", "Gloss and Matte", "Dark green, matte"),
-    _rgl("colodur_napoli_4f", "Colodur Napoli", "Gloss and Matte", "Pale and matte"),
+    _rgl("cm_military_green", "Military Green", "Gloss and Matte", "Dark green, soft gloss"),
+    _rgl("colodur_napoli_4f", "Colodur Napoli", "Gloss and Matte", "Red, matte"),
     _own(
         "brushed-aluminium",
         "Brushed Aluminium",
@@ -209,7 +211,7 @@ ENTRIES = (
         "Cast Iron",
         "Metal",
         AnalyticBrdf((0.015, 0.015, 0.016), (GgxLobe(0.42, (0.32, 0.31, 0.30)),)),
-        "Dark and rough",
+        "Grey and rough",
     ),
     _own("satin-violet", "Satin, Violet", "Fabric", SAMPLES["satin"], "A sheen over a soft gloss"),
     _own("velvet-crimson", "Velvet, Crimson", "Fabric", SAMPLES["velvet"], "Bright at its rims"),

@@ -132,6 +132,8 @@ def _content(file: MeasuredFile) -> bytes:
     return content
 
 
+# a signalling NaN of a spoiled file would else be told at a cast; what is not finite is masked
+@np.errstate(invalid="ignore")
 def _measurement(
     file: MeasuredFile, format_name: str, content: bytes, stored: np.ndarray, encoding: str
 ) -> AnisotropicMeasurement:

@@ -102,8 +102,9 @@ def register_folder(folder: Path, name: str) -> None:
     if _registered(folder):
         return
     entry = bpy.context.preferences.filepaths.asset_libraries.new(name=name, directory=str(folder))
-    # a material is there to be edited, which a linked one cannot be
-    entry.import_method = "APPEND_REUSE"
+    # A material is there to be edited, which a linked or packed one cannot be; and what is dropped
+    # again is as measured again.
+    entry.import_method = "APPEND"
     bpy.context.preferences.is_dirty = True
 
 

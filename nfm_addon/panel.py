@@ -11,6 +11,7 @@ from ..fitter.errors import NfmError, shown_name
 from ..fitter.factors import N_LOBES
 from . import material as materials
 from . import material_library, plot_icons
+from .direction_panel import draw_direction
 from .figures import facts, native_error_text, warnings
 from .lamps import BLIND_SAMPLINGS, lamps_without_size
 from .node_group import LOBE_SOCKETS
@@ -162,6 +163,7 @@ def _draw_lobes(
         solo, mute = item.nfm.solo[lobe], item.nfm.mute[lobe]
         row.prop(item.nfm, "solo", index=lobe, text="", icon="SOLO_ON" if solo else "SOLO_OFF")
         row.prop(item.nfm, "mute", index=lobe, text="", icon="HIDE_ON" if mute else "HIDE_OFF")
+    draw_direction(layout, item)
 
 
 def _draw_actions(layout: bpy.types.UILayout) -> None:

@@ -164,6 +164,17 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         precision=1,
         override=OVERRIDE,
     )
+    anisotropy_direction: FloatProperty(
+        name="Main Direction",
+        description="Where brush marks or the stronger threads lie, degrees counter-clockwise from "
+        "the tangent at a Rotation of 0",
+        precision=1,
+    )
+    anisotropy_strength: FloatProperty(
+        name="Anisotropy",
+        description="How much the main direction stands out: 0 not at all, or isotropic; 1 alone",
+        precision=2,
+    )
     native_error: FloatProperty(
         name="Native Error",
         description="Error of a picture in native sampling: sum of |difference| to the model's own "

@@ -36,7 +36,7 @@ FRESH_SETTINGS = """import bpy
 view = bpy.context.preferences.view
 view.show_splash, view.filebrowser_display_type, view.use_save_prompt = False, "SCREEN", False
 """
-SECONDS = 840  # that a session may take, unless told otherwise
+SECONDS = 700  # that a session may take, unless told otherwise
 FAILED = 1
 
 

@@ -36,7 +36,8 @@ def refresh(
     """Make the shader what the material asks for; whether there was something to do.
 
     settings : with the values of a frame; None is owner.nfm
-    draft : with the closures of the last base, and without their error
+    draft : with the closures of the last base, fewer views of anisotropic models, and without
+        the error
 
     Raises
     ------
@@ -56,7 +57,7 @@ def refresh(
         model = shader_model(state, curve_nodes.heights(group))
         closures = _closures.get(group.session_uid) if draft else None
         sampling = state.settings.sampling.lower()
-        surface = new_surface(model, sampling, closures, graded=not draft)
+        surface = new_surface(model, sampling, closures, draft=draft)
         script_node.fill(group.nodes[SCRIPT_NODE], f"{owner.name}.osl", surface.source)
         _remember(owner, group, surface, digest + (_DRAFT if draft else ""))
         stand_in.show_in_workbench(owner, stand_in.put(group, model))

@@ -6,6 +6,7 @@ from bpy.utils import register_submodule_factory
 register, unregister = register_submodule_factory(
     __name__,
     (
+        "align_brushing",
         "apply_edits",
         "blend_with",
         "cancel_fit",

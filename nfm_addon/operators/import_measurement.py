@@ -81,18 +81,19 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             self._targets = [target.session_uid]
         return self.execute(context)
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
+        path = formats.chosen(context) or self.filepath
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        found = formats.name_of(self.filepath)
+        found = formats.name_of(path)
         fact(layout, iface_("Format"), found or iface_("By content"))
         column = layout.column()
         column.enabled = found != "NFM"  # which needs no fit
         column.prop(self, "quality")
         layout.prop(self, "sampling")
         row = layout.row()
-        row.enabled = formats.has_encodings(self.filepath)
+        row.enabled = formats.has_encodings(path)
         row.prop(self, "encoding")
         column = layout.column(align=True)
         column.prop(self, "assign")

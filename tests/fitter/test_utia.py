@@ -64,6 +64,15 @@ def test_exr_of_any_type_and_compression(tmp_path, f_r, dtype, compression, writ
     np.testing.assert_array_equal(got.f_r, f_r.astype(dtype).astype(float))
 
 
+@pytest.mark.parametrize("dtype", [np.float16, np.float32])
+@pytest.mark.parametrize("compression", ["PXR24", "B44", "B44A", "DWAA", "DWAB"])
+def test_exr_of_lossy_compression(tmp_path, f_r, dtype, compression, write_exr):
+    """Noise is the worst there is for them; the positions must be right."""
+    smooth = np.ones(f_r.shape) * np.linspace(0.1, 0.9, f_r.shape[0])[:, None, None, None, None]
+    got = readers.read(write_exr(tmp_path / "cloth.exr", smooth, dtype, compression))
+    np.testing.assert_allclose(got.f_r, smooth, rtol=0.05)
+
+
 def test_exr_rows_are_light_and_columns_the_viewer(tmp_path, f_r, write_exr):
     got = utia.read_exr(write_exr(tmp_path / "a.exr", f_r)).f_r
     # row 2 * 48 + 7, column 5 * 48 + 40

@@ -4,6 +4,7 @@
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,11 @@ def leaves_files(path):
     raise MeasurementError(f"{path.name}: spoiled; download it again")
 
 
+def warns(path):
+    warnings.warn("careful", stacklevel=1)
+    raise MeasurementError(f"{path.name}: spoiled; download it again")
+
+
 def raises(message):
     def read(path):
         raise MeasurementError(message)
@@ -69,6 +75,7 @@ def raises(message):
         (raises("gold.bin: two\nlines; download it again"), "does not print"),
         (raises("gold.bin: " + "long " * 200 + "; download it again"), "characters"),
         (leaves_files, "left behind"),
+        (warns, "a warning: careful"),
     ],
 )
 def test_faults_of_a_reader_are_found(monkeypatch, tmp_path, reader, fault):

@@ -3,6 +3,7 @@
 
 import re
 import signal
+import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,7 +47,8 @@ def read(path: Path, format_: str) -> Verdict:
     faults = []
     message = None
     try:
-        with _limited(SECONDS):
+        with _limited(SECONDS), warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
             result = READERS.get(format_, readers.read)(path)
         faults += _faults_of_result(result)
     except NfmError as error:
@@ -56,6 +58,7 @@ def read(path: Path, format_: str) -> Verdict:
         faults.append(f"more than {SECONDS} s")
     except BaseException as error:  # what a reader may never raise, MemoryError included
         faults.append(f"{type(error).__name__}: {error}"[:LONGEST_MESSAGE])
+    faults += [f"a warning: {warning.message}" for warning in warned]
     if sorted(path.parent.iterdir()) != before:
         faults.append("files were left behind")
     return Verdict(message, tuple(faults), peak() - idle)

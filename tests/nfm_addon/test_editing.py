@@ -2,6 +2,7 @@
 """From curves and sliders to the shader; without a window, and without waiting for one."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,8 @@ from fitter.curves import CURVES_OF
 from fitter.edits import Edits, LobeSliders, Sliders, apply
 from fitter.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
+
+BRUSHED = ANISOTROPIC_MODELS["brushed"]
 
 
 @pytest.fixture
@@ -368,13 +371,13 @@ def test_edits_are_saved_with_the_file(blender, build, editing, source, tmp_path
 
 @pytest.fixture
 def brushed(addon):
-    fitted = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    fitted = FittedMaterial("brushed", BRUSHED)
     return addon("material").build(fitted, "REFERENCE")
 
 
 def test_untouched_anisotropic_material_keeps_its_shader(brushed, editing, nodes, source, expected):
     before = source(brushed)
-    assert before == expected(ANISOTROPIC_MODELS["brushed"])
+    assert before == expected(BRUSHED)
     assert tuple(nodes.handles(editing.group_of(brushed))) == CURVES_OF["anisotropic"]
     assert not editing.refresh(brushed)
     drag(brushed, editing, "Lobe 1 D around", 2)
@@ -389,7 +392,7 @@ def test_untouched_anisotropic_material_keeps_its_shader(brushed, editing, nodes
 def test_a_curve_bends_its_anisotropic_factor_alone(name, brushed, editing, source, expected):
     drag(brushed, editing, name, index=1)
     editing.refresh(brushed)
-    measured, model = ANISOTROPIC_MODELS["brushed"], editing.edited_model(brushed)
+    measured, model = BRUSHED, editing.edited_model(brushed)
     changed, kept = ("ndf", "masking") if " D" in name else ("masking", "ndf")
     assert (getattr(model, changed)[0] != getattr(measured, changed)[0]).any()
     np.testing.assert_array_equal(getattr(model, changed)[1:], getattr(measured, changed)[1:])
@@ -430,7 +433,7 @@ def test_blend_of_anisotropic_materials(brushed, editing, source, expected):
     for share in (0.5, 1.0):
         edit.blend = share
         editing.refresh(brushed)
-        mixed = blend(ANISOTROPIC_MODELS["brushed"], other, share)
+        mixed = blend(BRUSHED, other, share)
         found = editing.edited_model(brushed)
         np.testing.assert_allclose(found.ndf, mixed.ndf, rtol=1e-12)
         np.testing.assert_allclose(found.diffuse, mixed.diffuse, atol=1e-12)
@@ -451,3 +454,26 @@ def test_material_from_before_there_were_curves(brushed, editing, nodes, source)
     assert tuple(nodes.handles(group)) == CURVES_OF["anisotropic"]
     editing.refresh(brushed)
     assert source(brushed) == before
+
+
+def test_anisotropic_draft_has_fewer_views_and_is_finished(brushed, editing, source, expected):
+    """Base lobes follow what changes the model: a slider over F, say."""
+    brushed.nfm.sampling = "NATIVE"
+    closures = closures_of(source(brushed))
+    brushed.nfm.edit.edge_strength = 2.5
+    assert editing.refresh(brushed, draft=True)
+    draft = source(brushed)
+    assert closures_of(draft) == closures
+    assert rows_of(draft) < rows_of(expected(BRUSHED, "native"))
+    brushed.nfm.native_error = 0.0
+    assert editing.refresh(brushed)
+    assert source(brushed) == expected(editing.edited_model(brushed), "native") != draft
+    assert 0 < brushed.nfm.native_error < 0.02
+
+
+def closures_of(source):
+    return re.findall(r"closure_\w+\[\d+\] = \{[^}]*\}", source)
+
+
+def rows_of(source):
+    return int(re.search(r"#define N_VIEW_ROWS (\d+)", source)[1])

@@ -117,7 +117,7 @@ def beside(addon, blender, import_folder, folder, tmp_path):
 
 
 def pump(queue, done):
-    end = time.monotonic() + 90
+    end = time.monotonic() + 300
     while not done():
         assert time.monotonic() < end
         queue.pump()

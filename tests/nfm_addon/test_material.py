@@ -352,6 +352,40 @@ def test_sampling_changes_the_noise_and_not_the_mean(build, render, sphere_scene
     assert pictures[0].mean() == pytest.approx(pictures[1].mean(), rel=5e-3)
 
 
+def test_mixed_in_the_tree_of_another_material(blender, addon, build, render, sphere_scene):
+    """Two groups under a Mix Shader, as a layer; edits of their own materials are seen there."""
+    parts = [build(MODELS[name], "NATIVE") for name in ("matte", "plastic")]
+    layered = blender.data.materials.new("layered")
+    tree = addon("node_trees").empty_tree(layered)
+    mix, output = (
+        tree.nodes.new(kind) for kind in ("ShaderNodeMixShader", "ShaderNodeOutputMaterial")
+    )
+    mix.inputs["Fac"].default_value = 0.25
+    tree.links.new(mix.outputs["Shader"], output.inputs["Surface"])
+    for socket, part in zip(mix.inputs[1:], parts, strict=True):
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group_node(part).node_tree
+        tree.links.new(node.outputs["BSDF"], socket)
+    first, second, both = (render(sphere_scene(item, samples=64)) for item in (*parts, layered))
+    expected = 0.75 * first + 0.25 * second
+    assert both.mean() == pytest.approx(expected.mean(), rel=0.01)
+    for lobe in ("lobe_1", "lobe_2", "lobe_3"):
+        getattr(parts[1].nfm.edit, lobe).gain = 0.0
+    darker = render(sphere_scene(layered, samples=64))
+    assert darker.mean() < both.mean()
+
+
+def test_several_users_see_the_same_edit(blender, build, addon):
+    item = build()
+    users = [blender.data.objects.new(name, blender.data.meshes.new(name)) for name in "AB"]
+    for user in users:
+        user.data.materials.append(item)
+    item.nfm.edit.lobe_1.width = 2.0
+    addon("live").flush()
+    assert [user.active_material for user in users] == [item, item]
+    assert len([group for group in blender.data.node_groups if group.name == "NFM BRDF"]) == 1
+
+
 def test_normal_is_that_of_the_geometry_unless_linked(build, render, sphere_scene):
     material = build()
     scene = sphere_scene(material)

@@ -42,7 +42,7 @@ def test_install_and_remove(library, blender, all_names, addon):
     assert path == str(folder)
     entry = libraries(blender)[path]
     # a linked or packed material cannot be edited
-    assert (entry.name, entry.import_method) == ("Measured Materials", "APPEND_REUSE")
+    assert (entry.name, entry.import_method) == ("Measured Materials", "APPEND")
     text = (folder / "blender_assets.cats.txt").read_text()
     with blender.data.libraries.load(str(folder / "satin-gold.blend"), assets_only=True) as (
         there,

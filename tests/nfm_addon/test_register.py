@@ -69,6 +69,7 @@ def test_twice_registered_and_unregistered(run_python):
     assert on == on_again == on_at_last
     assert off == off_again
     operators = [
+        "align_brushing",
         "apply_edits",
         "blend_with",
         "cancel_fit",

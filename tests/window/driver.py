@@ -59,6 +59,11 @@ class Window:
     def click(self, x, y):
         yield from self.drag((x, y), (x, y))
 
+    @property
+    def takes_drops(self):
+        """Whether another program can drop files here: on X11."""
+        return bool(os.environ.get("DISPLAY")) and not os.environ.get("WAYLAND_DISPLAY")
+
     def drop(self, x, y, *paths):
         """Have another program drop files here, as a file manager does."""
         height = self.window.height

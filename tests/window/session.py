@@ -39,7 +39,11 @@ def inputs():
 
 
 def prepare(window):
-    """A sphere in place of the cube's shape, another one beside it, the Material tab."""
+    """A sphere in place of the cube's shape, and another one beside it.
+
+    The Material tab is opened for pictures only: it shows a preview of the material by EEVEE, and
+    without a graphics card the interface stands still until its shaders are compiled.
+    """
     bpy.context.preferences.view.show_splash = False
     cube = bpy.data.objects["Cube"]
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, scale=(1.6, 1.6, 1.6))
@@ -52,7 +56,6 @@ def prepare(window):
     ball.select_set(False)
     cube.select_set(True)
     bpy.context.view_layer.objects.active = cube
-    window.area("PROPERTIES").spaces.active.context = "MATERIAL"
     with bpy.context.temp_override(window=window.window):
         bpy.ops.ed.undo_push(message="Prepare")
     yield 0.5
@@ -95,7 +98,7 @@ def save_operator_preset(window, browser):
     preset = {"name": "Smooth", "operator": operator.bl_idname}
     with window.override(browser):
         bpy.ops.wm.operator_preset_add(**preset)
-    (path,) = Path(bpy.utils.user_resource("SCRIPTS")).rglob("smooth.py")
+    (path,) = Path(bpy.utils.user_resource("SCRIPTS")).rglob("Smooth.py")
     assert "op.sampling = 'SMOOTH'" in path.read_text(encoding="utf-8")
     operator.sampling = "NATIVE"
     yield 0.3
@@ -152,6 +155,9 @@ def undo_the_import(window):
 
 def drop_files(window):
     """From another program: onto the object that is not selected, then onto the shader editor."""
+    if not window.takes_drops:
+        print("session: drops are tried on X11 only", flush=True)
+        return
     kept = material()
     bpy.context.preferences.addons[ADDON.rpartition(".")[0]].preferences.quality = "DRAFT"
     view = window.area("VIEW_3D")

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an import costs: the process with the fitter until its draft, and what Blender does itself.
+
+CPU seconds, and wall seconds until the draft is in the scene, which are those of an artist only on
+a machine that does nothing else. The process is the add-on's own, from its start.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import tempfile
+import time
+from importlib import import_module
+from pathlib import Path
+
+from fitter import parameter_file
+from fitter.errors import NfmError
+from fitter.job import DRAFT, FINAL
+from fitter.parameter_file import FittedMaterial
+from runner.blender import load_extension
+
+from . import shared_data
+
+MATERIALS = ("nylon", "aluminium", "pink-fabric")
+PAUSE = 0.02  # seconds between looks at the process; the add-on looks every 0.1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ./nfm bench import."""
+    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--draft-only", action="store_true", help="do not wait for the fit")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print a line for each material."""
+    shared_data.require_shared()
+    addon = f"{load_extension().__name__}.nfm_addon"
+    material = import_module(f"{addon}.material")
+    process = import_module(f"{addon}.fitting.process")
+    print(f"{os.getloadavg()[0]:.1f} other processes ran or wanted to in the last minute")
+    print(
+        f"{'':<24}{'until the draft':>17}{'building':>10}{'wall':>8}{'in all':>9}{'replacing':>11}"
+    )
+    for name in arguments.materials.split(","):
+        with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
+            path = Path(folder, f"{name}.binary")
+            shared_data.write_material(name, path)
+            start = time.monotonic()
+            seconds, draft = _fit(process, path, DRAFT)
+            before = time.process_time()
+            item = material.build(draft)
+            building, wall = time.process_time() - before, time.monotonic() - start
+            line = f"{name:<24}{seconds:>17.2f}{building:>10.2f}{wall:>8.2f}"
+            if not arguments.draft_only:
+                seconds, final = _fit(process, path, FINAL)
+                before = time.process_time()
+                material.replace_model(item, final)
+                line += f"{seconds:>9.1f}{time.process_time() - before:>11.2f}"
+            print(line, flush=True)
+    return 0
+
+
+def _fit(process: object, path: Path, until: str) -> tuple[float, FittedMaterial]:
+    """CPU seconds of a process until an event, and the material that came with it."""
+    before = _seconds_of_children()
+    fit = process.FitProcess(str(path), "standard", draft=True)
+    found = None
+    try:
+        while found is None:
+            time.sleep(PAUSE)
+            for event in fit.events():
+                if event.kind == "error":
+                    raise NfmError(event.text)
+                if event.kind == until:
+                    found = parameter_file.load(event.text)
+    finally:
+        fit.close()
+    return _seconds_of_children() - before, found
+
+
+def _seconds_of_children() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
