@@ -7,6 +7,7 @@ import sys
 from . import (
     aniso,
     base,
+    batch,
     diffuse,
     edit,
     exact,
@@ -23,6 +24,7 @@ from . import (
 BENCHMARKS = {
     "aniso": aniso,
     "base": base,
+    "batch": batch,
     "diffuse": diffuse,
     "edit": edit,
     "exact": exact,

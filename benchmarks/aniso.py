@@ -48,8 +48,18 @@ HEADER = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ./nfm bench aniso."""
     parser.add_argument("--materials", metavar="A,B", help="default: all and a planted model")
-    parser.add_argument("--noise", type=float, default=0.02, help="standard deviation of the noise")
-    parser.add_argument("--negatives", type=float, default=0.0005, help="share of negative values")
+    parser.add_argument(
+        "--noise",
+        type=float,
+        default=shared_data.ANISOTROPIC_NOISE,
+        help="standard deviation of the noise",
+    )
+    parser.add_argument(
+        "--negatives",
+        type=float,
+        default=shared_data.ANISOTROPIC_NEGATIVES,
+        help="share of negative values",
+    )
     parser.add_argument("--quality", choices=list(ANISOTROPIC_QUALITIES), default=DEFAULT_QUALITY)
     parser.add_argument("--resolution", type=int, default=RESOLUTION, help="of the pictures")
     parser.add_argument("--markdown", metavar="FILE", type=Path, help="write the table for docs/")
@@ -58,8 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Fit, grade and print the table; returns 1 if a target is missed."""
     shared_data.require_shared()
-    tool = shared_data.anisotropic_materials()
-    names = [name for name in tool.MATERIALS if name != "lambert"] + [PLANTED]
+    names = [*shared_data.anisotropic_names(), PLANTED]
     if arguments.materials:
         names = arguments.materials.split(",")
     _, grove = environment_maps()
@@ -83,9 +92,7 @@ def grade(name: str, arguments: argparse.Namespace, scenes: list[FramedScene]) -
             planted.write_anisotropic(measured)
             exact = planted.anisotropic_model().f_r
         else:
-            parameters = tool.MATERIALS[name][1]
-            values = tool.build(name, parameters, arguments.noise, arguments.negatives)
-            tool.write_bin(str(measured), values)
+            shared_data.write_anisotropic(name, measured, arguments.noise, arguments.negatives)
 
             def exact(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
                 return tool.evaluate(name, wi, wo)

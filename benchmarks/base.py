@@ -23,6 +23,7 @@ from .fit import environment_maps
 
 LIMIT, METAL_LIMIT, LEAST_PSNR = 0.01, 0.02, 40.0
 METALS = (
+    *("brushed-metal", "anodised"),
     *("aluminium", "aventurnine", "black-oxidized-steel", "brass", "chrome-steel", "gold-paint"),
     *("hematite", "nickel", "silver-paint", "ss440", "steel", "two-layer-gold"),
     *("color-changing-paint1", "color-changing-paint3"),
@@ -32,6 +33,9 @@ METALS = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ./nfm bench base."""
     parser.add_argument("--materials", metavar="A,B", help="default: all shared ones")
+    parser.add_argument(
+        "--anisotropic", action="store_true", help="the synthetic anisotropic materials instead"
+    )
     parser.add_argument("--fits", metavar="DIR", type=Path, help="keeps fits, and uses them")
     parser.add_argument("--markdown", metavar="FILE", type=Path)
 
@@ -43,7 +47,10 @@ def run(arguments: argparse.Namespace) -> int:
     lights = [map_light(image) for image in environment_maps()]
     rows = []
     print(f"{'material':<28}{'base s':>7}{'all dir.':>10}{'L1 Grace/Grove':>18}{'PSNR':>12}")
-    for name in names or shared_data.material_names():
+    every = (
+        shared_data.anisotropic_names() if arguments.anisotropic else shared_data.material_names()
+    )
+    for name in names or every:
         model = shared_data.fitted_material(name, arguments.fits).model
         start = time.process_time()
         base = fit_base_lobes(model)
@@ -63,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
             flush=True,
         )
     if arguments.markdown:
-        arguments.markdown.write_text(_markdown(rows), encoding="utf-8")
+        arguments.markdown.write_text(_markdown(rows, arguments), encoding="utf-8")
     return _summary(rows)
 
 
@@ -99,11 +106,13 @@ def _summary(rows: list[tuple]) -> int:
     return 1 if missed else 0
 
 
-def _markdown(rows: list[tuple]) -> str:
+def _markdown(rows: list[tuple], arguments: argparse.Namespace) -> str:
+    option = "--anisotropic " * arguments.anisotropic
+    which = "synthetic anisotropic" if arguments.anisotropic else "shared"
     lines = [
-        "# Base lobes of the shared materials",
+        f"# Base lobes of the {which} materials",
         "",
-        "Written by `./nfm bench base --markdown docs/results/base.md`; see",
+        f"Written by `./nfm bench base {option}--markdown {arguments.markdown.as_posix()}`; see",
         "[RESULTS.md](../RESULTS.md). Error of native sampling against the fitted model.",
         "",
         "| material | seconds | all directions | image L1 Grace | Grove | PSNR Grace | Grove |",

@@ -20,7 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitter import fit, weights
-from fitter.albedo import AlbedoError
+from fitter.appearance import AppearanceError
 from fitter.geometry import HALF_PI, merl_bins
 from fitter.measurement import Measurement
 from fitter.metrics import tabulate
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
             weight=WEIGHT,
             quality=arguments.quality,
             make_problem=ashikhmin_problem,
-            make_albedo=ashikhmin_albedo,
+            make_appearance=ashikhmin_appearance,
         )
         psnr = [
             float(rendered_psnr(scene.render(table), reference).mean())
@@ -108,12 +108,11 @@ def ashikhmin_problem(measurement: Measurement, **options: object) -> Problem:
     return problem
 
 
-def ashikhmin_albedo(measurement: Measurement) -> AlbedoError:
-    """The albedo of the values before the division; lobes stand in it as they are."""
+def ashikhmin_appearance(measurement: Measurement, n_maps: int) -> AppearanceError:
+    """The appearance of the values before the division; lobes stand in it as they are."""
     pair = _of_measured_pairs(measurement)
-    return AlbedoError.of(
-        replace(measurement, f_r=measurement.f_r * pair[..., None]), diffuse_shape=pair
-    )
+    undivided = replace(measurement, f_r=measurement.f_r * pair[..., None])
+    return AppearanceError.of(undivided, n_maps, diffuse_shape=pair)
 
 
 def ashikhmin_table(model: FactorModel) -> np.ndarray:

@@ -15,8 +15,9 @@ from typing import Protocol
 
 import numpy as np
 
+from fitter.factors import Factors
 from fitter.geometry import normalized
-from fitter.model import FactorModel
+from fitter.stand_in import without_direction
 from fitter.tables import SamplingTables, sampling_tables, versine_nodes
 
 from .lights import LAMP_POSITION, LAMP_WATTS, Light
@@ -52,10 +53,11 @@ class Blocks:
 
 
 def expected_picture(
-    model: FactorModel, source: Source, blocks: Blocks, samples: int, rng: np.random.Generator
+    model: Factors, source: Source, blocks: Blocks, samples: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Mean radiance (n, 3) of the blocks."""
-    tables = sampling_tables(model)
+    # directions may be drawn as if D had none: the density is what they were drawn from
+    tables = sampling_tables(without_direction(model))
     out = np.zeros((len(blocks.x), 3))
     steps = _halton(samples)
     shifts = rng.random((len(blocks.x), 1, DIMENSIONS))
@@ -81,7 +83,7 @@ def source_of(light: Light, image: np.ndarray | None) -> Source:
 
 
 def _reflected(
-    model: FactorModel,
+    model: Factors,
     tables: SamplingTables,
     source: Source,
     points: np.ndarray,
@@ -264,8 +266,8 @@ def _halton(count: int) -> np.ndarray:
 
 
 def _frames(normals: np.ndarray) -> np.ndarray:
-    """Rows tangent, bitangent, normal: (n, 3, 3)."""
-    helper = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]])
+    """Rows tangent, bitangent, normal: (n, 3, 3); the tangent is increasing longitude about +Z."""
+    helper = np.where(np.abs(normals[:, 2:]) < 1 - 1e-9, [[0, 0, 1.0]], [[0, 1.0, 0]])
     tangent = normalized(np.cross(helper, normals))
     return np.stack([tangent, np.cross(normals, tangent), normals], 1)
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitter.adaptive_brdf import AdaptiveBrdf
-from fitter.sphere import ENVIRONMENT_SHAPE, LitScene, local_frame
+from fitter.sphere import LitScene, local_frame, texel_index
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -37,7 +37,7 @@ def render(
         frame = local_frame(normal)
         wo = frame[:, 2]
         drawn = file.sample(np.broadcast_to(wo, (x.size, 3)), x, y)
-        texels = np.concatenate([np.arange(len(scene.directions)), _texel_of(drawn @ frame)])
+        texels = np.concatenate([np.arange(len(scene.directions)), texel_index(drawn @ frame)])
         wi = np.concatenate([scene.directions @ frame.T, drawn])
         lit = wi[:, 2] > 0
         wi, texels = wi[lit], texels[lit]
@@ -49,12 +49,3 @@ def render(
             reflected = f_r(wi, view) * share[:, None]
             out[number, :, pixel] = np.einsum("edc,dc->ec", scene.light[:, texels], reflected)
     return out
-
-
-def _texel_of(directions: np.ndarray) -> np.ndarray:
-    """Flat index (n,) of the texels that hold world directions (n, 3)."""
-    rows, columns = ENVIRONMENT_SHAPE
-    theta = np.arccos(np.clip(directions[:, 1], -1, 1))
-    phi = np.mod(np.arctan2(directions[:, 2], directions[:, 0]), 2 * np.pi)
-    row = np.minimum((theta / np.pi * rows).astype(np.intp), rows - 1)
-    return row * columns + np.minimum((phi / (2 * np.pi) * columns).astype(np.intp), columns - 1)

@@ -79,7 +79,8 @@ def run(arguments: argparse.Namespace) -> int:
     lights = [LIGHTS[name] for name in _chosen(arguments.lights, list(LIGHTS), "light")]
     names = [n for group in render_report.MATERIALS.values() for n in group[: 2 - arguments.quick]]
     if arguments.materials:
-        names = _chosen(arguments.materials, list(shared_data.material_names()), "material")
+        known = [*shared_data.material_names(), *shared_data.anisotropic_names()]
+        names = _chosen(arguments.materials, known, "material")
     for folder in (arguments.fits, arguments.pictures):
         if folder:
             folder.mkdir(parents=True, exist_ok=True)
@@ -90,7 +91,9 @@ def run(arguments: argparse.Namespace) -> int:
     for name in names:
         fitted = shared_data.fitted_material(name, arguments.fits)
         matched = principled_node.match(
-            fitted.model.f_r, metal=render_report.class_of(name) == "metal"
+            fitted.model.f_r,
+            metal=render_report.class_of(name) == "metal",
+            directed=fitted.model.kind == "anisotropic",
         )
         matches[name] = asdict(matched)
         print(f"\n{name} ({render_report.class_of(name)}): Principled {_described(matched)}")

@@ -142,33 +142,45 @@ def _rendered(
 
     fitted : not needed where the pictures were kept
     """
-    path = arguments.keep / f"{name}.npz"
-    if not path.is_file():
-        if fitted is None:
-            raise NfmError(f"{path.name}: not there; render it first")
-        samples, size = arguments.samples // len(SEEDS), arguments.resolution
+    samples, size = arguments.samples // len(SEEDS), arguments.resolution
+
+    def original() -> dict[str, list]:
         bsdf = {"type": "measured", "filename": str(shared_data.rgl_path(name))}
-        pictures = {
+        number = REFERENCE_FACTOR * samples
+        return {
             "mitsuba": [
-                [
-                    mitsuba_sphere.render(bsdf, light, size, REFERENCE_FACTOR * samples, seed)
-                    for seed in SEEDS
-                ]
+                [mitsuba_sphere.render(bsdf, light, size, number, seed) for seed in SEEDS]
                 for light in shared_data.MAPS.values()
             ]
         }
+
+    def fits() -> dict[str, list]:
+        if fitted is None:
+            raise NfmError(f"{name}: its pictures are not there; render them first")
         # as Blender's own copy of the package knows it
         loads = import_module(".fitter.parameter_file", addon.removesuffix(".nfm_addon")).loads
         material = loads(parameter_file.dumps(fitted))
+        pictures = {}
         for sampling in SAMPLINGS:
             surface = import_module(f"{addon}.material").build(material, sampling.upper())
             pictures[sampling] = [
                 [_cycles(addon, surface, light, size, samples, seed) for seed in SEEDS]
                 for light in shared_data.MAPS.values()
             ]
-        np.savez_compressed(path, **{k: np.array(v, np.float32) for k, v in pictures.items()})
-    with np.load(path, allow_pickle=False) as kept:
-        return dict(kept)
+        return pictures
+
+    # Mitsuba's do not depend on the fit
+    return {
+        **_kept_pictures(arguments.keep / f"{name}.mitsuba.npz", original),
+        **_kept_pictures(arguments.keep / f"{name}.npz", fits),
+    }
+
+
+def _kept_pictures(path: Path, work: Callable[[], dict[str, list]]) -> dict[str, np.ndarray]:
+    if not path.is_file():
+        np.savez_compressed(path, **{k: np.array(v, np.float32) for k, v in work().items()})
+    with np.load(path, allow_pickle=False) as pictures:
+        return dict(pictures)
 
 
 def _cycles(

@@ -14,6 +14,7 @@ from types import ModuleType
 import numpy as np
 
 from fitter import fit_file, parameter_file, readers
+from fitter.anisotropic_measurement import AnisotropicMeasurement
 from fitter.errors import NfmError
 from fitter.measurement import Measurement
 
@@ -26,6 +27,7 @@ STUDIO = SHARED / "data" / "env" / "polyhaven_studio_small_03_1k.hdr"
 GARDEN = SHARED / "data" / "env" / "polyhaven_chinese_garden_1k.hdr"  # 69 % of its light is the sun
 MAPS = {"Grace": GRACE, "Grove": GROVE}  # the two of Peng et al. 2017
 RGL = SHARED / "data" / "rgl"
+ANISOTROPIC_NOISE, ANISOTROPIC_NEGATIVES = 0.02, 0.0005
 BUDDHA = SHARED / "data" / "mesh" / "happy_vrip_res3.ply"
 
 
@@ -61,11 +63,12 @@ def write_material(name: str, path: Path) -> None:
     )
 
 
-def read_material(name: str) -> Measurement:
-    """One of them, read."""
+def read_material(name: str) -> Measurement | AnisotropicMeasurement:
+    """One of them, or a synthetic anisotropic one, read."""
     with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
-        path = Path(folder, f"{name}.binary")
-        write_material(name, path)
+        path = Path(folder, name)
+        write = write_anisotropic if name in anisotropic_names() else write_material
+        write(name, path)
         return readers.read(path)
 
 
@@ -78,12 +81,35 @@ def anisotropic_materials() -> ModuleType:
     return module
 
 
+@cache
+def anisotropic_names() -> tuple[str, ...]:
+    """Names of the synthetic anisotropic materials, without the one that is none."""
+    return tuple(name for name in anisotropic_materials().MATERIALS if name != "lambert")
+
+
+def write_anisotropic(
+    name: str,
+    path: Path,
+    noise: float = ANISOTROPIC_NOISE,
+    negatives: float = ANISOTROPIC_NEGATIVES,
+) -> None:
+    """Write a synthetic anisotropic material as a UTIA .bin file.
+
+    noise : standard deviation of its logarithm
+    negatives : share of values that are negative
+    """
+    tool = anisotropic_materials()
+    values = tool.build(name, tool.MATERIALS[name][1], noise, negatives)
+    tool.write_bin(str(path), values)
+
+
 def fitted_material(name: str, folder: Path | None) -> parameter_file.FittedMaterial:
-    """The fit of a shared material, from the folder if it is there."""
+    """The fit of a shared or synthetic material, from the folder if it is there."""
     kept = folder and folder / f"{name}{parameter_file.SUFFIX}"
     if kept and kept.is_file():
         return parameter_file.load(kept)
     fitted = fit_file.fit_measurement(read_material(name))
     if kept:
+        folder.mkdir(parents=True, exist_ok=True)
         parameter_file.save(kept, fitted)
     return fitted

@@ -14,8 +14,8 @@ from types import ModuleType
 import numpy as np
 
 from benchmarks import shared_data
+from fitter import batch, readers
 from fitter import command_line as fitter_command_line
-from fitter import readers
 from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
 from fitter.fit_file import material_name
@@ -83,7 +83,7 @@ def main(argv: Sequence[str]) -> int:
 def run(arguments: argparse.Namespace) -> None:
     """The verb."""
     settings = Settings(arguments.weight, arguments.quality, arguments.golden_section)
-    folder = fitter_command_line.made_folder(arguments.report)
+    folder = batch.made_folder(arguments.report)
     if arguments.markdown and not arguments.markdown.parent.is_dir():
         raise NfmError(f"{shown_name(arguments.markdown)}: there is no such folder; make it first")
     scenes, notes = scene_sources(arguments.env)

@@ -165,6 +165,9 @@ def protocol(content: Content) -> list[Block]:
         f"each channel, {counts['independent-g']} numbers, {independent_g}. Bivariate: a table "
         f"over theta_h and theta_d for each channel, {counts['bivariate']:,} numbers. Principled: "
         f"Lambert and one GGX lobe with coloured f0 and f90, {counts['principled']} numbers.",
+        "The last joint steps of the three lobes and of Independent-G see, beside the values, the "
+        "directional albedo and pictures under synthetic environments, which have nothing to do "
+        "with the scenes. Bivariate and Principled see the values alone.",
         "Objective: eq. 2 of Peng et al. 2017 relative to the data, with exact angles. Mean log "
         "error: of f cos theta_i + 0.001, over bins by solid angle. Numeric PSNR: of the values "
         "over all valid bins, the peak is the largest measured value; sharp highlights decide it. "

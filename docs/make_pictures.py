@@ -20,8 +20,8 @@ from runner.blender import load_extension  # noqa: E402
 
 SAMPLES = ("copper-paint", "glossy-plastic", "velvet")
 EDITED = "copper-paint"
-RESOLUTION = 320
-SAMPLES_PER_PIXEL = 1024
+RESOLUTION = 400
+SAMPLES_PER_PIXEL = 384
 IMAGES = CHECKOUT / "docs" / "images"
 
 Load = Callable[[str], ModuleType]
@@ -50,7 +50,9 @@ class Studio:
             resolution=RESOLUTION, samples=SAMPLES_PER_PIXEL, environment=self._environment
         )
         path = self._folder / "picture.exr"
-        self.load("nfm_addon.rendering").render_to_file(sphere.build_scene(material, view), path)
+        scene = sphere.build_scene(material, view)
+        scene.cycles.use_denoising = True  # to be looked at, not to be measured
+        self.load("nfm_addon.rendering").render_to_file(scene, path)
         return self._images.read_linear(path)
 
     def write(self, name: str, rows: list[list[np.ndarray]]) -> None:
@@ -73,25 +75,25 @@ def main() -> None:
 
 def edited_materials(studio: Studio) -> Iterator[object]:
     """One material as measured, then under five edits, each alone."""
-    editing = studio.load("nfm_addon.editing")
-    material = studio.material(EDITED)
+    editing, nodes = studio.load("nfm_addon.editing"), studio.load("nfm_addon.curve_nodes")
+    set_sliders = studio.load("nfm_addon.edit_properties").set_sliders
+    sliders = studio.load("fitter.edits").Sliders()
     velvet = editing.fitted_material(studio.material("velvet"))
+    material = studio.material(EDITED)
     edit = material.nfm.edit
     yield material
-    edit.lobe_1.width = 4.0
+    edit.lobe_1.width = 3.0
     yield material
-    editing.set_sliders(edit, editing.Sliders())
-    edit.lobe_1.haze = 0.8
+    set_sliders(edit, sliders)
+    edit.lobe_1.haze = edit.lobe_2.haze = 0.7
     yield material
-    editing.set_sliders(edit, editing.Sliders())
+    set_sliders(edit, sliders)
     edit.edge_tint, edit.edge_strength = (0.15, 0.4, 1.0), 5.0
     yield material
-    editing.set_sliders(edit, editing.Sliders())
-    # the wide highlight cut off by hand
+    set_sliders(edit, sliders)
+    # the wide highlights cut off by hand
     handles = [(0.0, 1.0, "AUTO"), (0.4, 0.97, "AUTO"), (0.45, 0.3, "AUTO"), (1.0, 0.0, "AUTO")]
-    editing.curve_nodes.write(
-        editing.group_of(material), {"Lobe 2 D": handles, "Lobe 3 D": handles}
-    )
+    nodes.write(editing.group_of(material), {"Lobe 2 D": handles, "Lobe 3 D": handles})
     yield material
     editing.reset_curves(material)
     edit.blend_name = "velvet"

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .anisotropic_albedo import lobe_albedo
+from . import quick_albedo
 from .anisotropic_model import AnisotropicModel
 from .geometry import HALF_PI, versine
-from .polar_grid import N_PHI, N_THETA, PHI_STEP, phi_nodes, unit_vectors
+from .polar_grid import N_PHI, N_THETA, PHI_STEP, phi_nodes
 
 # Nodes of the sampling density in each row of the polar grid, and in all to 90 degrees.
 NODES_PER_ROW = 4
@@ -82,6 +82,6 @@ def anisotropic_selection(model: AnisotropicModel) -> np.ndarray:
     theta_o = np.linspace(0, HALF_PI, SELECTION_GRID[0])
     theta_o[-1] = np.radians(89.5)
     phi_o = np.arange(SELECTION_GRID[1]) / SELECTION_GRID[1] * 2 * np.pi
-    theta, phi = (a.ravel() for a in np.meshgrid(theta_o, phi_o, indexing="ij"))
-    albedo = lobe_albedo(model, unit_vectors(theta, phi))
+    views = tuple((theta, phi) for theta in theta_o.tolist() for phi in phi_o.tolist())
+    albedo = quick_albedo.lobe_albedo(model, views)
     return np.moveaxis(albedo.reshape(*SELECTION_GRID, model.n_lobes, 3), 2, 0)

@@ -3,7 +3,8 @@
 
 A sphere, seen from afar, under a light of our own: a sky that darkens towards the ground, a soft
 box and a small bright lamp. The same directions serve the model and the base, so that their
-difference holds no noise and no error of the quadrature that both share.
+difference holds no noise and no error of the quadrature that both share. Tangents of anisotropic
+materials run in the direction of increasing longitude about the upward axis.
 """
 
 from __future__ import annotations
@@ -15,9 +16,11 @@ from functools import lru_cache
 import numpy as np
 
 from .base_lobes import BaseLobes
-from .geometry import normalized
+from .factors import Factors
+from .geometry import azimuth, normalized
 from .measurement import Measurement
 from .model import FactorModel
+from .polar_grid import unit_vectors
 from .quadrature import ViewQuadrature, view_quadrature
 from .sphere import rendered_psnr
 
@@ -27,6 +30,7 @@ Light = Callable[[np.ndarray], np.ndarray]
 N_RINGS = 16
 N_AZIMUTHS = 8
 POINTS = (96, 16)
+TURNED_POINTS = (48, 48)  # of anisotropic materials, whose D is less sharp, over all azimuths
 
 LARGEST_PSNR = 200.0  # dB, stands for no error at all
 
@@ -54,11 +58,11 @@ class BaseError:
         }
 
 
-def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) -> BaseError:
+def base_error(model: Factors, base: BaseLobes, light: Light | None = None) -> BaseError:
     """Compare under `light`: unit directions (n, 3), y up, to radiance (n, 3)."""
-    pictures = np.empty((2, N_RINGS, N_AZIMUTHS, 3))
+    pictures: tuple[list, list] = ([], [])
     difference = total = 0.0
-    for ring, (view, weighted_light) in enumerate(sphere_views(light or studio)):
+    for view, weighted_light in sphere_views(light or studio, model.kind):
         wo = np.broadcast_to(view.wo, view.wi.shape)
         cos_i = view.wi[:, 2:]
         diffuse = model.diffuse * cos_i
@@ -66,9 +70,9 @@ def base_error(model: FactorModel, base: BaseLobes, light: Light | None = None) 
         approximate = base.value(view.wi, view.wo) + diffuse
         difference += (np.abs(approximate - exact).sum(1) * view.solid_angle).sum()
         total += (exact.sum(1) * view.solid_angle).sum()
-        for row, values in zip(pictures, (approximate, exact), strict=True):
-            row[ring] = np.einsum("anc,nc->ac", weighted_light, values)
-    picture, reference = (p.reshape(1, -1, 3) for p in pictures)
+        for points, values in zip(pictures, (approximate, exact), strict=True):
+            points.append(np.einsum("anc,nc->ac", weighted_light, values))
+    picture, reference = (np.concatenate(points)[None] for points in pictures)
     if not total > 0:
         return BaseError(0.0, 0.0, float("inf"))
     return BaseError(
@@ -128,33 +132,67 @@ class Ring:
 
 
 def sphere_rings(n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS) -> list[Ring]:
-    """The points of the picture, ring by ring; those of every other ring stand between."""
+    """The points of the picture, ring by ring; those of every other ring stand between.
+
+    Tangents point to the viewer.
+    """
+    return [
+        Ring(view_quadrature(theta, *POINTS), np.array([_viewer_frame(n) for n in normals]))
+        for theta, normals in _ring_normals(n_rings, n_azimuths)
+    ]
+
+
+def sphere_points(n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS) -> list[Ring]:
+    """The same points, each for itself: tangents point to increasing longitude."""
+    points = []
+    for theta, normals in _ring_normals(n_rings, n_azimuths):
+        view = view_quadrature(theta, *TURNED_POINTS, turn=2 * np.pi)
+        for frame in map(_longitude_frame, normals):
+            points.append(Ring(view.turned(float(azimuth(frame[:, 2]))), frame[None]))
+    return points
+
+
+def _ring_normals(n_rings: int, n_azimuths: int) -> list[tuple[float, np.ndarray]]:
+    """View angle and normals (azimuths, 3) of every ring."""
     rings = []
     for ring in range(n_rings):
         theta = float(np.arcsin(np.sqrt((ring + 0.5) / n_rings)))
-        azimuths = (np.arange(n_azimuths) + ring % 2 / 2) / n_azimuths * 2 * np.pi
-        frames = np.array([_frame(theta, azimuth) for azimuth in azimuths])
-        rings.append(Ring(view_quadrature(theta, *POINTS), frames))
+        phi = (np.arange(n_azimuths) + ring % 2 / 2) / n_azimuths * 2 * np.pi
+        rings.append((theta, unit_vectors(np.full(n_azimuths, theta), phi)))
     return rings
 
 
-def _frame(theta: float, azimuth: float) -> np.ndarray:
-    normal = np.array(
-        [np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)]
-    )
-    tangent = normalized(np.array([0, 0, 1.0]) - normal * np.cos(theta))
+def _viewer_frame(normal: np.ndarray) -> np.ndarray:
+    return _frame(normal, np.array([0, 0, 1.0]) - normal * normal[2])
+
+
+def _longitude_frame(normal: np.ndarray) -> np.ndarray:
+    return _frame(normal, np.cross([0, 1.0, 0], normal))
+
+
+def _frame(normal: np.ndarray, along: np.ndarray) -> np.ndarray:
+    tangent = normalized(along)
     return np.stack([tangent, np.cross(normal, tangent), normal])
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def sphere_views(
-    light: Light, n_rings: int = N_RINGS, n_azimuths: int = N_AZIMUTHS
+    light: Light,
+    kind: str = "isotropic",
+    n_rings: int = N_RINGS,
+    n_azimuths: int = N_AZIMUTHS,
 ) -> list[tuple[ViewQuadrature, np.ndarray]]:
-    """For every ring its directions, and light times solid angle (azimuths, n, 3) at them."""
+    """Directions, and light times solid angle (points, n, 3) at them for the points they serve.
+
+    kind : of the model; an isotropic one has one entry for each ring
+    """
+    mirrored = kind == "isotropic"  # the quadrature holds half of the directions
     scene = []
-    for ring in sphere_rings(n_rings, n_azimuths):
-        # the quadrature holds half of the directions
-        mirrored = ring.view.wi * [1, -1, 1]
-        radiance = [(light(ring.view.wi @ f) + light(mirrored @ f)) / 2 for f in ring.frames]
-        scene.append((ring.view, np.array(radiance) * ring.view.solid_angle[:, None]))
+    for ring in (sphere_rings if mirrored else sphere_points)(n_rings, n_azimuths):
+        wi = ring.view.wi
+        radiance = np.array([light(wi @ frame) for frame in ring.frames])
+        if mirrored:
+            radiance += [light(wi * [1, -1, 1] @ frame) for frame in ring.frames]
+            radiance /= 2
+        scene.append((ring.view, radiance * ring.view.solid_angle[:, None]))
     return scene

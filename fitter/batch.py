@@ -10,6 +10,7 @@ measurement at a time.
 from __future__ import annotations
 
 import hashlib
+import json
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -17,15 +18,19 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from . import parameter_file, readers, workers
+from . import measured_file, parameter_file, readers, workers
 from .errors import NfmError, printable, shown_name
 from .fit_file import fit_measurement, material_name
 from .measured_file import opened
+from .parameter_file import FittedMaterial
 from .prior import DEFAULT_STRENGTH
 from .quality import DEFAULT_QUALITY
 from .weights import DEFAULT_WEIGHT
 
 FITTED, KEPT, FAILED = "fitted", "kept", "failed"
+
+# What a batch leaves beside its parameter files.
+SUMMARY = "summary.json"
 
 # Figures of the summary: heading, name among the figures of a fit, format.
 COLUMNS = (
@@ -37,11 +42,16 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Settings:
-    """How to fit; as the arguments of fit.fit_steps."""
+    """How to read and fit: `encoding` as readers.read takes it, the others as fit.fit_steps does.
+
+    The encoding is that of UTIA files; files of other formats, which have no choice, are read as
+    they are.
+    """
 
     weight: str = DEFAULT_WEIGHT
     quality: str = DEFAULT_QUALITY
     prior_strength: float = DEFAULT_STRENGTH
+    encoding: str | None = None
 
 
 @dataclass(frozen=True)
@@ -98,6 +108,24 @@ def jobs_of(folder: Path, output: Path) -> list[Job]:
     ]
 
 
+def made_folder(folder: Path) -> Path:
+    """A folder, made if it is not there.
+
+    Raises
+    ------
+    NfmError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NfmError(
+            f"{shown_name(folder)}: cannot be made a folder ({error.strerror or error}); "
+            "choose another"
+        ) from None
+    return folder
+
+
 def run(jobs: Sequence[Job], settings: Settings, processes: int) -> Iterator[Outcome | None]:
     """Fit all; yield each Outcome as it comes, and None now and then while there is none."""
     work = partial(fit_one, settings=settings)
@@ -111,13 +139,11 @@ def fit_one(job: Job, settings: Settings) -> Outcome:
     """Fit one file, if that was not done before, and write its parameter file."""
     start = time.process_time()
     try:
-        with opened(job.path, readers.EXPECTED) as file:
-            sha256 = hashlib.file_digest(file.stream, "sha256").hexdigest()
-        kept = _fit_in(job.output, sha256, settings)
+        kept = kept_fit(job, settings)
         if kept is not None:
-            return Outcome(job, KEPT, fit=kept)
+            return Outcome(job, KEPT, fit=kept.fit)
         material = fit_measurement(
-            readers.read(job.path),
+            readers.read(job.path, encoding=encoding_of(job.path, settings)),
             weight=settings.weight,
             quality=settings.quality,
             prior_strength=settings.prior_strength,
@@ -167,8 +193,34 @@ def _stem(path: Path, is_shared: bool) -> str:
     return path.name if is_shared else material_name(path.name)
 
 
-def _fit_in(output: Path, sha256: str, settings: Settings) -> dict[str, float | int | str] | None:
-    """Figures of a parameter file if it is the fit of this measurement with these settings."""
+def encoding_of(path: Path, settings: Settings) -> str | None:
+    """The encoding that a file is read with; None for formats that have no choice.
+
+    Raises
+    ------
+    MeasurementError
+        The file cannot be read.
+    """
+    return readers.offered_encoding(path, settings.encoding)
+
+
+def kept_fit(job: Job, settings: Settings) -> FittedMaterial | None:
+    """What the parameter file holds if it is the fit of this measurement with these settings.
+
+    Raises
+    ------
+    MeasurementError
+        The measured file cannot be read.
+    """
+    with opened(job.path, readers.EXPECTED) as file:
+        sha256 = hashlib.file_digest(file.stream, "sha256").hexdigest()
+    return fit_of(job.output, sha256, settings, encoding_of(job.path, settings))
+
+
+def fit_of(
+    output: Path, sha256: str, settings: Settings, encoding: str | None = None
+) -> FittedMaterial | None:
+    """What a parameter file holds if it is the fit of a measurement with this sha256."""
     try:
         material = parameter_file.load(output)
     except NfmError:
@@ -178,8 +230,22 @@ def _fit_in(output: Path, sha256: str, settings: Settings) -> dict[str, float | 
         "weight": settings.weight,
         "quality": settings.quality,
         "prior_strength": settings.prior_strength,
+        **({"encoding": encoding} if encoding else {}),
     }
     same = all(material.fit.get(key) == value for key, value in wanted.items())
     if same and material.source is not None and material.source.sha256 == sha256:
-        return material.fit
+        return material
     return None
+
+
+def write_summary(folder: Path, outcomes: Sequence[Outcome]) -> str:
+    """Write SUMMARY beside the parameter files; returns its text, JSON.
+
+    Raises
+    ------
+    NfmError
+        It cannot be written.
+    """
+    rows = json.dumps(summary_rows(outcomes), indent=1)
+    measured_file.write(folder / SUMMARY, [rows.encode()], "another folder")
+    return rows

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .model import FactorModel
+from .factors import AnyFactors
 
 # What stands for 0 in a logarithm, as a share of the largest number of both materials. D spans
 # decades; a colour of 0 should come in over the whole way.
@@ -19,14 +19,16 @@ NDF_FLOOR = 1e-6
 FLOOR = 1e-2
 
 
-def blend(first: FactorModel, second: FactorModel, share: float) -> FactorModel:
+def blend(first: AnyFactors, second: AnyFactors, share: float) -> AnyFactors:
     """The first material at share 0, the second at 1, exactly; the lobes matched by their width.
 
     Raises
     ------
     ValueError
-        The models have different numbers of lobes.
+        The models are of different kinds, or have different numbers of lobes.
     """
+    if first.kind != second.kind:
+        raise ValueError(f"{first.kind} and {second.kind} models cannot be matched")
     if first.n_lobes != second.n_lobes:
         raise ValueError(f"{first.n_lobes} and {second.n_lobes} lobes cannot be matched")
     if share <= 0:

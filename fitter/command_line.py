@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import batch, cluster, export, measured_file, parameter_file, readers, utia
+from . import batch, cluster, export, parameter_file, readers, utia
 from .base_error import base_error
 from .base_lobes import fit_base_lobes
 from .errors import NfmError, printable, shown_name
@@ -27,9 +27,6 @@ from .quality import DEFAULT_QUALITY, QUALITIES
 from .weights import DEFAULT_WEIGHT, WEIGHTS
 
 FAILED = 1
-
-# What a batch leaves beside its parameter files.
-SUMMARY = "summary.json"
 
 # How far from 1 the length of a direction may be: far more than rounding, less than a mistake.
 UNIT_TOLERANCE = 1e-3
@@ -65,6 +62,7 @@ def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o",
         "--output",
+        "--out",
         metavar="OUT",
         help="default: the file's name with .nfm.json, here; a folder for a folder",
     )
@@ -82,7 +80,7 @@ def add_fit_verb(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--encoding",
         choices=sorted(utia.ENCODINGS),
-        help=f"how to take the numbers of a UTIA file; default: {utia.DEFAULT_ENCODING}",
+        help=f"how to take the numbers of UTIA files; default: {utia.DEFAULT_ENCODING}",
     )
     add_quality_option(parser)
     parser.add_argument(
@@ -134,9 +132,11 @@ def _fit_folder(arguments: argparse.Namespace) -> None:
         raise NfmError(
             f"{shown_name(arguments.file)}: a folder; say with --output where its fits go"
         )
-    output = made_folder(Path(arguments.output))
+    output = batch.made_folder(Path(arguments.output))
     jobs = batch.jobs_of(Path(arguments.file), output)
-    settings = batch.Settings(arguments.weight, arguments.quality, arguments.prior)
+    settings = batch.Settings(
+        arguments.weight, arguments.quality, arguments.prior, arguments.encoding
+    )
     if arguments.dask:
         running = cluster.run(jobs, settings, arguments.dask)
     else:
@@ -149,30 +149,11 @@ def _fit_folder(arguments: argparse.Namespace) -> None:
                 outcomes.append(outcome)
                 done = f"{len(outcomes)} of {len(jobs)} files"
                 progress.update(len(outcomes) / len(jobs), done)
-    rows = json.dumps(batch.summary_rows(outcomes), indent=1)
-    measured_file.write(output / SUMMARY, [rows.encode()], "another folder")
+    rows = batch.write_summary(output, outcomes)
     sys.stdout.write(f"{rows}\n" if arguments.json else batch.summary_text(outcomes))
     failed = sum(outcome.status == batch.FAILED for outcome in outcomes)
     if failed:
         raise NfmError(f"{failed} of {len(jobs)} files could not be fitted; see above")
-
-
-def made_folder(folder: Path) -> Path:
-    """A folder, made if it is not there.
-
-    Raises
-    ------
-    NfmError
-        It cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise NfmError(
-            f"{shown_name(folder)}: cannot be made a folder ({error.strerror or error}); "
-            "choose another"
-        ) from None
-    return folder
 
 
 def _fit_file(arguments: argparse.Namespace) -> None:
@@ -206,9 +187,7 @@ def _fit_file(arguments: argparse.Namespace) -> None:
 
 
 def _native_figures(model: Factors) -> dict[str, float]:
-    """How good the base lobes are; anisotropic models have none yet."""
-    if model.kind == "anisotropic":
-        return {}
+    """How good the base lobes are."""
     return base_error(model, fit_base_lobes(model)).figures()
 
 
@@ -228,19 +207,32 @@ def report_text(material: FittedMaterial, **figures: float) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def add_export_verb(verbs: argparse._SubParsersAction) -> None:
+def add_export_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:
     """Write PARAMS as a file that other renderers read."""
     parser = verbs.add_parser("export", help="write a fitted BRDF as a MERL or UTIA file")
     parser.add_argument("params", metavar="PARAMS.nfm.json")
     parser.add_argument("-o", "--output", metavar="OUT.binary|OUT.bin", required=True)
-    parser.set_defaults(run=run_export)
+    parser.add_argument(
+        "--without-edits", action="store_true", help="of a preset: as it was fitted"
+    )
+    parser.set_defaults(run=lambda arguments: run_export(arguments, _unedited))
+    return parser
 
 
-def run_export(arguments: argparse.Namespace) -> None:
-    """The verb export."""
+def run_export(arguments: argparse.Namespace, edited: Callable[[FittedMaterial], Factors]) -> None:
+    """The verb export; `edited` applies the edits of a preset."""
     output = Path(arguments.output)
-    export.write(output, parameter_file.load(arguments.params).model)
+    material = parameter_file.load(arguments.params)
+    has_edits = material.edits is not None and not arguments.without_edits
+    export.write(output, edited(material) if has_edits else material.model)
     sys.stdout.write(f"written to      {output}\n")
+
+
+def _unedited(material: FittedMaterial) -> Factors:
+    raise NfmError(
+        f"{printable(material.name)}: a preset with edits, whose curves only Blender can draw; use "
+        "./nfm export or blender --command nfm export, or --without-edits"
+    )
 
 
 def add_eval_verb(verbs: argparse._SubParsersAction) -> argparse.ArgumentParser:

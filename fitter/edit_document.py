@@ -3,11 +3,13 @@
 
 They stand beside the measured tables, which they leave as they are: `curves` and `drawn` hold the
 handles of every curve (curves.CURVES) as they are now and as they were drawn from the tables, each
-[x, y, kind]; `sliders` those of edits.Sliders. All that is not given is neutral.
+[x, y, kind]; `sliders` those of edits.Sliders; `blend` the material that this one is blended with,
+by its name, its share and its model. All that is not given is neutral.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from numbers import Real
@@ -27,39 +29,76 @@ FARTHEST_HANDLE = 100.0
 
 
 @dataclass(frozen=True)
+class BlendDocument:
+    """The material that another one is blended with.
+
+    name : of the material
+    share : how much there is of it, 0 to 1
+    parameters : its model, as the text of a parameter file without edits
+    """
+
+    name: str
+    share: float
+    parameters: str
+
+
+@dataclass(frozen=True)
 class EditDocument:
     """Edits that can be written down.
 
     curves, drawn : handles by the name of their curve; {} leaves the curves alone
+    blend : None if there is nothing to blend with
     """
 
     curves: Handles = field(default_factory=dict)
     drawn: Handles = field(default_factory=dict)
     sliders: Sliders = field(default_factory=Sliders)
+    blend: BlendDocument | None = None
 
 
 def to_json(edits: EditDocument) -> dict:
     """What json.dumps takes."""
-    return {
+    document = {
         "curves": dict(edits.curves),
         "drawn": dict(edits.drawn),
         "sliders": asdict(edits.sliders),
     }
+    if edits.blend:
+        document["blend"] = {
+            "name": edits.blend.name,
+            "share": edits.blend.share,
+            "model": json.loads(edits.blend.parameters),
+        }
+    return document
 
 
 def from_json(document: object, name: str) -> EditDocument:
     """Edits from a parameter file; `name` is what messages call it.
+
+    The model of the material that it is blended with is only taken along: parameter_file checks it.
 
     Raises
     ------
     ParameterFileError
         Anything is not as the format says.
     """
-    parts = _object(document, {"curves", "drawn", "sliders"}, "edits", name)
+    parts = _object(document, {"curves", "drawn", "sliders", "blend"}, "edits", name)
     curves, drawn = (_curves(parts.get(key, {}), key, name) for key in ("curves", "drawn"))
     if curves.keys() != drawn.keys():
         raise _error(name, '"curves" and "drawn" of "edits" name different curves')
-    return EditDocument(curves, drawn, _sliders(parts.get("sliders", {}), name))
+    blend = _blend(parts["blend"], name) if "blend" in parts else None
+    return EditDocument(curves, drawn, _sliders(parts.get("sliders", {}), name), blend)
+
+
+def _blend(document: object, name: str) -> BlendDocument:
+    parts = _object(document, {"name", "share", "model"}, "blend", name)
+    share = _number(parts.get("share", 0.0), (0.0, 1.0), "share", name)
+    other, model = parts.get("name"), parts.get("model")
+    if not isinstance(other, str) or not isinstance(model, dict):
+        raise _error(name, '"blend" has no "name" and "model"')
+    if "edits" in model:
+        raise _error(name, 'the "model" of "blend" has edits of its own')
+    return BlendDocument(other, share, json.dumps(model))
 
 
 def _curves(document: object, key: str, name: str) -> Handles:

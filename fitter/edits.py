@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an artist changes about a fitted model: curves by hand, and sliders that mean something.
 
-An edited model is a FactorModel like any other. Reciprocity therefore holds whatever is done to
-the factors, and every number stays finite and not negative. A slider at its neutral value, and a
-curve that is as it was drawn, change no bit of the model.
+An edited model is a model like any other. Reciprocity therefore holds whatever is done to the
+factors, and every number stays finite and not negative. A slider at its neutral value, and a curve
+that is as it was drawn, change no bit of the model.
 
 Two things need no new model, because the shader takes them as inputs: the gain of a lobe, and the
 colour of the diffuse part (`diffuse_map`).
@@ -12,17 +12,14 @@ colour of the diffuse part (`diffuse_map`).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
 
 import numpy as np
 
-from .curves import Curves, bend_linear, bend_logarithmic
-from .factors import N_LOBES, Factors
-from .geometry import theta_d_centres, theta_h_centres
-from .model import FactorModel
-from .tables import versine_nodes
-
-Model = TypeVar("Model", bound=Factors)
+from . import curves, polar_curves, stretching
+from .anisotropy import anisotropy
+from .curves import CURVES_OF, Heights
+from .factors import N_LOBES, AnyFactors, Factors
+from .geometry import theta_d_centres
 
 # Luminance of linear RGB, ITU-R BT.709.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -37,6 +34,8 @@ EDGE_POWER = 2
 # What each slider may be, for the interface and for files.
 RANGES = {
     "width": (0.1, 10.0),
+    "width_along": (0.1, 10.0),
+    "width_across": (0.1, 10.0),
     "haze": (0.0, 1.0),
     "falloff": (0.0, 4.0),
     "gain": (0.0, 100.0),
@@ -54,12 +53,16 @@ class LobeSliders:
     """Sliders of one lobe; the defaults change nothing.
 
     width : stretches the highlight; the lobe keeps its light
+    width_along, width_across : the same along the material's main direction and across it, which
+        an isotropic lobe does not have
     haze : share of the light, 0 to 1, that moves from the highlight to a veil around it
     falloff : power of G; above 1 the lobe fades towards grazing, below 1 it holds
     gain : factor of the lobe
     """
 
     width: float = 1.0
+    width_along: float = 1.0
+    width_across: float = 1.0
     haze: float = 0.0
     falloff: float = 1.0
     gain: float = 1.0
@@ -93,25 +96,39 @@ class Sliders:
 class Edits:
     """Curves as they were drawn and as they are now, and the sliders.
 
-    before, after : None where there are no curves, which changes nothing
+    before, after : heights (90,) by the name of a curve; one that is not in both changes nothing
     """
 
-    before: Curves | None = None
-    after: Curves | None = None
+    before: Heights = field(default_factory=dict)
+    after: Heights = field(default_factory=dict)
     sliders: Sliders = field(default_factory=Sliders)
 
+    def changes(self, name: str) -> bool:
+        """Whether a curve is not as it was drawn."""
+        before, after = self.before.get(name), self.after.get(name)
+        return before is not None and after is not None and not np.array_equal(before, after)
 
-def apply(model: Model, edits: Edits) -> Model:
-    """The edited model, without gains and without the diffuse colour's edits.
 
-    Of an anisotropic model the lobes keep their shapes: its D and G are not curves.
-    """
-    if model.kind == "isotropic":
-        if edits.before and edits.after and not edits.before.equals(edits.after):
-            model = _bend(model, edits.before, edits.after)
-        for lobe, sliders in enumerate(edits.sliders.lobes):
-            model = _edit_lobe(model, lobe, sliders)
+def apply(model: AnyFactors, edits: Edits) -> AnyFactors:
+    """The edited model, without gains and without the diffuse colour's edits."""
+    edited = [name for name in CURVES_OF[model.kind] if edits.changes(name)]
+    if edited:
+        bent = drawn(model)
+        before = bent | {name: edits.before[name] for name in edited}
+        after = bent | {name: edits.after[name] for name in edited}
+        model = _BENDS[model.kind](model, before, after)
+    direction = _main_direction(model)
+    for lobe, sliders in enumerate(edits.sliders.lobes):
+        model = _edit_lobe(model, lobe, sliders, direction)
     return _edit_specular_color(_edit_edge(model, edits.sliders), edits.sliders)
+
+
+def drawn(model: Factors) -> Heights:
+    """The factors of a model as heights (90,) by the name of a curve."""
+    return polar_curves.drawn(model) if model.kind == "anisotropic" else curves.drawn(model)
+
+
+_BENDS = {"isotropic": curves.bend, "anisotropic": polar_curves.bend}
 
 
 def color_matrix(saturation: float, hue: float) -> np.ndarray:
@@ -129,56 +146,32 @@ def color_matrix(saturation: float, hue: float) -> np.ndarray:
     return matrix
 
 
-def _bend(model: FactorModel, before: Curves, after: Curves) -> FactorModel:
-    masking = bend_linear(model.masking, before.masking, after.masking)
-    # not raised at the horizon: 0 there keeps f bounded
-    masking[:, -1] = np.minimum(masking[:, -1], model.masking[:, -1])
-    together = bend_linear(model.fresnel, before.fresnel[0], after.fresnel[0])
-    return replace(
-        model,
-        ndf=bend_logarithmic(model.ndf, before.ndf, after.ndf),
-        masking=masking,
-        fresnel=bend_linear(together, before.fresnel[1:], after.fresnel[1:]),
-    )
+def _main_direction(model: Factors) -> float:
+    """Azimuth along which Width Along acts, radians; 0 where there is none."""
+    return np.radians(anisotropy(model).direction) if model.kind == "anisotropic" else 0.0
 
 
-def _edit_lobe(model: FactorModel, lobe: int, sliders: LobeSliders) -> FactorModel:
+def _edit_lobe(model: AnyFactors, lobe: int, sliders: LobeSliders, direction: float) -> AnyFactors:
     ndf, masking = model.ndf.copy(), model.masking.copy()
-    if sliders.width != 1:
-        ndf[lobe] = _stretched(model, lobe, sliders.width)
+    along, across = sliders.width, sliders.width
+    if model.kind == "anisotropic":
+        along, across = along * sliders.width_along, across * sliders.width_across
+    if (along, across) != (1, 1):
+        ndf[lobe] = stretching.stretched(model, lobe, along, across, direction)
         model = replace(model, ndf=ndf)
     if sliders.haze != 0:
-        veil = _stretched(model, lobe, HAZE_WIDTH)
+        veil = stretching.stretched(model, lobe, HAZE_WIDTH, HAZE_WIDTH)
         ndf[lobe] = (1 - sliders.haze) * model.ndf[lobe] + sliders.haze * veil
         model = replace(model, ndf=ndf)
     if sliders.falloff != 1:
         masking[lobe] = model.masking[lobe] ** sliders.falloff
-        masking[lobe, -1] = model.masking[lobe, -1]
+        if model.kind == "isotropic":  # of others the horizon is no node
+            masking[lobe, -1] = model.masking[lobe, -1]
         model = replace(model, masking=masking)
     return model
 
 
-def _stretched(model: FactorModel, lobe: int, width: float) -> np.ndarray:
-    """D (90,) of a lobe so many times as wide, with as much light in it as before.
-
-    The slopes tan(theta_h) of the microfacets are stretched, whose density is D cos^4: that of GGX
-    with roughness alpha becomes that of width * alpha, and no direction leaves the hemisphere.
-    """
-    theta_h = theta_h_centres()
-    source = np.arctan(np.tan(theta_h) / width)
-    stretched = model.evaluate_ndf(source)[lobe] * (np.cos(source) / np.cos(theta_h)) ** 4
-    mass = _mass(stretched)
-    return stretched * (_mass(model.ndf[lobe]) / mass if mass > 0 else 1)
-
-
-def _mass(ndf: np.ndarray) -> float:
-    """Integral of D (90,) cos theta_h over solid angle, but for a factor 2 pi."""
-    nodes = versine_nodes()
-    weighted = np.concatenate([ndf[:1], ndf, ndf[-1:]]) * (1 - nodes)
-    return float((weighted[1:] + weighted[:-1]) @ np.diff(nodes) / 2)
-
-
-def _edit_edge(model: Model, sliders: Sliders) -> Model:
+def _edit_edge(model: AnyFactors, sliders: Sliders) -> AnyFactors:
     edge = sliders.edge_strength * np.array(sliders.edge_tint)
     if (edge == 1).all():
         return model
@@ -186,7 +179,7 @@ def _edit_edge(model: Model, sliders: Sliders) -> Model:
     return replace(model, fresnel=model.fresnel * (1 + (edge[:, None] - 1) * share))
 
 
-def _edit_specular_color(model: Model, sliders: Sliders) -> Model:
+def _edit_specular_color(model: AnyFactors, sliders: Sliders) -> AnyFactors:
     """Saturation and hue of the lobes.
 
     A lobe's colour is s F. F is shared by the lobes, so it takes on their mean colour before it is

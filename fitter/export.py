@@ -34,6 +34,11 @@ def write(path: str | os.PathLike, model: AnyModel) -> None:
     WRITERS[suffix](path, model)
 
 
+def suffix_for(kind: str) -> str:
+    """The suffix of files that hold a model of this kind best."""
+    return ".bin" if kind == AnisotropicModel.kind else ".binary"
+
+
 def _write_merl(path: str | os.PathLike, model: AnyModel) -> None:
     """The values at the bin centres; bins below the horizon are -1, as in the database."""
     if isinstance(model, AnisotropicModel):

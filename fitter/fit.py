@@ -7,7 +7,8 @@ Four stages, each on the objective of `problem` and the preference of `prior`:
    method), each factor put in order after its update (`order`), then a few joint steps, on a part
    of the phi_d samples;
 2. refine: the best of them continues with joint steps on the same samples;
-3. albedo: joint steps on the same samples and the directional albedo of the data (`albedo`);
+3. appearance: joint steps on the same samples and on what the data looks like under lights
+   (`appearance`);
 4. polish: the same on all samples with finer angle bins. Where the result would reflect more light
    than there is, its G is lowered (`limits`).
 
@@ -30,7 +31,7 @@ from itertools import islice
 import numpy as np
 
 from . import joint, order, prior
-from .albedo import AlbedoError
+from .appearance import AppearanceError
 from .factors import AnyFactors, Factors
 from .limits import within_energy
 from .measurement import Measurement
@@ -73,13 +74,13 @@ Explored = Iterator[tuple[str, Factors, float, float]]
 class FitStep:
     """State after one step of a fit.
 
-    stage : "sweep 1", "explore 1" ..., "refine", "albedo", "polish", "limit"; the objective is
+    stage : "sweep 1", "explore 1" ..., "refine", "appearance", "polish", "limit"; the objective is
         comparable within one
-    objective : (E + albedo_error) e^disorder, what the stage minimises
+    objective : joint.objective_of, what the stage minimises
     model : the model now, in the fixed gauge
     progress : 0..1 of the expected work
     strength : of the prior in the objective
-    albedo_error : AlbedoError.value in the stages that look at it, else 0
+    appearance : that the objective looks at, if any
     """
 
     stage: str
@@ -87,13 +88,14 @@ class FitStep:
     model: Factors
     progress: float
     strength: float
-    albedo_error: float = 0.0
+    appearance: AppearanceError | None = None
 
     @property
     def error(self) -> float:
         """E of eq. 2 relative to sum w rho^2."""
         both = self.objective / np.exp(prior.disorder(self.model, self.strength))
-        return float(max(both - self.albedo_error, 0))
+        seen = self.appearance.value(self.model) if self.appearance else 0
+        return float(max(both - seen, 0))
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def fit(
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = prior.DEFAULT_STRENGTH,
     make_problem: Callable[..., Problem] = Problem,
-    make_albedo: Callable[[Measurement], AlbedoError] = AlbedoError.of,
+    make_appearance: Callable[[Measurement, int], AppearanceError] = AppearanceError.of,
 ) -> FitResult:
     """Run `fit_steps` to the end."""
     steps = list(
@@ -126,7 +128,7 @@ def fit(
             quality=quality,
             prior_strength=prior_strength,
             make_problem=make_problem,
-            make_albedo=make_albedo,
+            make_appearance=make_appearance,
         )
     )
     return result_of(steps[-1], len(steps), weight)
@@ -144,19 +146,19 @@ def fit_steps(
     quality: str = DEFAULT_QUALITY,
     prior_strength: float = prior.DEFAULT_STRENGTH,
     make_problem: Callable[..., Problem] = Problem,
-    make_albedo: Callable[[Measurement], AlbedoError] = AlbedoError.of,
+    make_appearance: Callable[[Measurement, int], AppearanceError] = AppearanceError.of,
 ) -> Iterator[FitStep]:
     """Yield the state after every step, so that a caller can show progress or stop.
 
     weight : a name in weights.WEIGHTS
     quality : a name in quality.QUALITIES
     prior_strength : of `prior`; 0 fits the data alone
-    make_problem, make_albedo : for experiments with variants of the model
+    make_problem, make_appearance : for experiments with variants of the model
     """
     work = QUALITIES[quality]
     explore_count = work.starts * (work.sweeps + work.explore_steps)
     polish_work = POLISH_STEP * work.polish_steps
-    total = explore_count + work.refine_steps + work.albedo_steps + polish_work
+    total = explore_count + work.refine_steps + work.appearance_steps + polish_work
     problem = make_problem(
         measurement,
         weight=weight,
@@ -174,21 +176,23 @@ def fit_steps(
     strength = felt_strength(prior_strength, problem, run.model)
     refined = _refine(problem, run.model, work, strength)
     yield from run.stage("refine", refined, work.refine_steps, strength)
-    albedo = make_albedo(measurement)
-    steps = joint.refine(problem, run.model, strength, albedo)
+    appearance = make_appearance(measurement, work.maps)
+    steps = joint.refine(problem, run.model, strength, appearance)
     spare = max(work.refine_steps - run.n_steps, 0)
     run.done -= spare
-    n_steps = work.albedo_steps + spare
-    yield from run.stage("albedo", until_converged(steps, n_steps), n_steps, strength, albedo)
+    n_steps = work.appearance_steps + spare
+    yield from run.stage(
+        "appearance", until_converged(steps, n_steps), n_steps, strength, appearance
+    )
     if work.polish_steps:
         problem = make_problem(measurement, weight=weight, n_angles=work.polish_angles)
         strength = felt_strength(prior_strength, problem, run.model)
-        polished = _polish(problem, run.model, work.polish_steps, strength, albedo)
-        yield from run.stage("polish", polished, polish_work, strength, albedo)
+        polished = _polish(problem, run.model, work.polish_steps, strength, appearance)
+        yield from run.stage("polish", polished, polish_work, strength, appearance)
     limited = within_energy(run.model)
     if limited is not run.model:
-        objective = joint.objective_of(problem, limited, strength, albedo)
-        yield from run.stage("limit", iter([(limited, objective)]), 0, strength, albedo)
+        objective = joint.objective_of(problem, limited, strength, appearance)
+        yield from run.stage("limit", iter([(limited, objective)]), 0, strength, appearance)
 
 
 @dataclass
@@ -206,7 +210,7 @@ class _Run:
         steps: Iterator[tuple[FactorModel, float]],
         budget: int,
         strength: float,
-        albedo: AlbedoError | None = None,
+        appearance: AppearanceError | None = None,
     ) -> Iterator[FitStep]:
         """Pass on the steps (model, objective) of a stage; keep the last model and their number.
 
@@ -216,8 +220,7 @@ class _Run:
         for i, (model, objective) in enumerate(steps):
             self.model = model
             progress = min((self.done + unit * i) / self.total, 1)
-            albedo_error = albedo.value(model) if albedo else 0.0
-            yield FitStep(name, objective, model, progress, strength, albedo_error)
+            yield FitStep(name, objective, model, progress, strength, appearance)
             self.n_steps = i + 1
         self.done += budget
 
@@ -341,26 +344,30 @@ def until_converged(
 
 
 def _polish(
-    problem: Problem, model: FactorModel, n_steps: int, strength: float, albedo: AlbedoError
+    problem: Problem, model: FactorModel, n_steps: int, strength: float, appearance: AppearanceError
 ) -> Iterator[tuple[FactorModel, float]]:
     start = model
-    objective = joint.objective_of(problem, model, strength, albedo)
+    objective = joint.objective_of(problem, model, strength, appearance)
     yield model, objective
-    steps = joint.refine(problem, model, strength, albedo)
+    steps = joint.refine(problem, model, strength, appearance)
     for polished, value in until_converged(steps, n_steps):
         model, objective = polished, value
         if strength > 0:
             yield model, objective
     if strength == 0:
         if highlight_width(problem) < SPECULAR_WIDTH:
-            # the albedo error that the steps have taken away is no room for the filter
+            # the error of appearance that the steps have taken away is no room for the filter
             bound = max(objective, problem.objective_of(start))
-            model, objective = _smoothed(problem, model, objective, bound, albedo)
+            model, objective = _smoothed(problem, model, objective, bound, appearance)
         yield model, objective
 
 
 def _smoothed(
-    problem: Problem, model: FactorModel, objective: float, bound: float, albedo: AlbedoError
+    problem: Problem,
+    model: FactorModel,
+    objective: float,
+    bound: float,
+    appearance: AppearanceError,
 ) -> tuple[FactorModel, float]:
     """Filter G as much as the bound on the objective allows, the linear factors re-solved."""
     smooth = gaussian_filtered(model.masking, SMOOTHING_SIGMA)
@@ -370,7 +377,7 @@ def _smoothed(
         for update in (update_ndf, update_fresnel, update_diffuse_and_scale):
             trial = update(problem, moments, trial)
         trial = trial.normalized()
-        value = joint.objective_of(problem, trial, 0, albedo)
+        value = joint.objective_of(problem, trial, 0, appearance)
         if value <= bound:
             return trial, value
     return model, objective

@@ -20,7 +20,7 @@ axis and stands for its centre i + 1/2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -141,6 +141,7 @@ class MerlBins:
         return (self.cos_i > 0) & (self.cos_o > 0)
 
 
+@cache
 def merl_bins() -> MerlBins:
     """Cosines at the bin centres: cos theta_{i,o} = cos th cos td -+ sin th sin td cos pd."""
     theta_h = theta_h_centres()[:, None, None]
@@ -148,7 +149,10 @@ def merl_bins() -> MerlBins:
     phi_d = phi_d_centres()[None, None, :]
     mean = np.cos(theta_h) * np.cos(theta_d)
     difference = np.sin(theta_h) * np.sin(theta_d) * np.cos(phi_d)
-    return MerlBins(cos_i=mean - difference, cos_o=mean + difference)
+    bins = MerlBins(cos_i=mean - difference, cos_o=mean + difference)
+    for cosine in (bins.cos_i, bins.cos_o):
+        cosine.flags.writeable = False
+    return bins
 
 
 def merl_solid_angle() -> np.ndarray:

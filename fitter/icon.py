@@ -24,7 +24,8 @@ def material_icon(model: Factors, size: int = SIZE) -> np.ndarray:
     """Display values 0..1, RGBA (size, size, 4) float32, bottom row first; alpha 0 around it."""
     model = without_direction(model)
     rings = np.empty((RINGS, AZIMUTHS, 3))
-    for ring, (view, weighted_light) in enumerate(sphere_views(soft_boxes, RINGS, AZIMUTHS)):
+    scene = sphere_views(soft_boxes, model.kind, RINGS, AZIMUTHS)
+    for ring, (view, weighted_light) in enumerate(scene):
         wo = np.broadcast_to(view.wo, view.wi.shape)
         f_cos = model.f_r(view.wi, wo) * view.wi[:, 2:]
         rings[ring] = np.einsum("anc,nc->ac", weighted_light, f_cos)

@@ -26,7 +26,7 @@ import numpy as np
 
 from . import fit as shared
 from . import joint
-from .albedo import AlbedoError
+from .appearance import AppearanceError
 from .line_search import golden_section_search
 from .measurement import Measurement
 from .model import FactorModel
@@ -106,11 +106,11 @@ def fit(
         before, objective = objective, coarse.objective_of(model)
         if before - objective <= shared.CONVERGED * before:
             break
-    albedo = AlbedoError.of(measurement)
-    model = improve(coarse, model, 0, work.albedo_steps + spare, albedo)
+    appearance = AppearanceError.of(measurement, work.maps)
+    model = improve(coarse, model, 0, work.appearance_steps + spare, appearance)
     if work.polish_steps:
         fine = Problem(measurement, weight=weight, n_angles=work.polish_angles)
-        model = improve(fine, model, 0, work.polish_steps, albedo)
+        model = improve(fine, model, 0, work.polish_steps, appearance)
     return IndependentG(model)
 
 
@@ -210,11 +210,11 @@ def _alternate_and_step(
     model: FactorModel,
     sweeps: int,
     joint_steps: int,
-    albedo: AlbedoError | None = None,
+    appearance: AppearanceError | None = None,
 ) -> FactorModel:
     for _ in range(sweeps):
         model = sweep(problem, model)
-    for stepped, _ in islice(joint.refine(problem, model, albedo=albedo), joint_steps):
+    for stepped, _ in islice(joint.refine(problem, model, appearance=appearance), joint_steps):
         model = stepped
     return model
 
@@ -224,7 +224,7 @@ def _alternate(
     model: FactorModel,
     sweeps: int,
     joint_steps: int,
-    _albedo: AlbedoError | None = None,
+    _appearance: AppearanceError | None = None,
 ) -> FactorModel:
     for _ in range(sweeps + SWEEPS_PER_JOINT_STEP * joint_steps):
         model = sweep(problem, model, update_masking_bagher2016)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import parameter_file, readers
+from . import batch, parameter_file, readers
 from .errors import NfmError
 from .fit import FitStep
 from .fit_file import fit_measurement
@@ -24,7 +24,7 @@ from .icon import material_icon
 from .measurement import Measurement
 from .slices import measured_slices
 
-DRAFT, FINAL = "draft", "final"
+DRAFT, FINAL, KEPT = "draft", "final", "kept"
 SLICES_FILE, ICON_FILE = "slices.npy", "icon.npy"
 
 # CPU seconds that the parts of a job take, for its progress (docs/RESULTS.md).
@@ -37,7 +37,7 @@ STAGES = {
     "refine": "Refining",
     "polish": "Polishing",
     "limit": "Limiting energy",
-    "albedo": "Matching albedo",
+    "appearance": "Matching pictures",
 }
 
 Emit = Callable[["Event"], None]
@@ -52,6 +52,8 @@ class Request:
     draft : whether a draft comes first
     folder : an existing one, for the results
     encoding : as readers.read takes it
+    output : parameter file of a batch: where it holds this fit already, that is the answer, and an
+        encoding is only for formats that have one
     """
 
     path: str
@@ -59,6 +61,7 @@ class Request:
     draft: bool
     folder: str
     encoding: str | None = None
+    output: str | None = None
 
     @property
     def has_draft(self) -> bool:
@@ -70,7 +73,7 @@ class Request:
 class Event:
     """One line of the answer.
 
-    kind : "step", "draft" or "final" (its parameter file is written), or "error"
+    kind : "step", "draft", "final" or "kept" (its parameter file is written), or "error"
     text : name of the step, path of the file, or the message
     progress : 0..1 of the whole job
     """
@@ -86,7 +89,16 @@ def run(request: Request, emit: Emit) -> None:
     parts = _parts(request)
     try:
         emit(Event("step", "Reading", 0.0))
-        measurement = readers.read(request.path, encoding=request.encoding)
+        encoding = request.encoding
+        if request.output:
+            job = batch.Job(Path(request.path), Path(request.output))
+            settings = batch.Settings(quality=request.quality, encoding=encoding)
+            if kept := batch.kept_fit(job, settings):
+                np.save(folder / ICON_FILE, material_icon(kept.model))
+                _save(folder, KEPT, kept, emit, 1.0)
+                return
+            encoding = batch.encoding_of(job.path, settings)
+        measurement = readers.read(request.path, encoding=encoding)
         if request.has_draft:
             draft = fit_measurement(
                 measurement,

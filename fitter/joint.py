@@ -29,7 +29,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from . import prior
-from .albedo import AlbedoError
+from .appearance import AppearanceError
 from .factors import AnyFactors, Factors
 from .geometry import N_THETA_D, N_THETA_H
 from .model import FactorModel
@@ -99,10 +99,10 @@ class Layout:
 
 
 def objective_of(
-    problem: P, model: Factors, strength: float, albedo: AlbedoError | None = None
+    problem: P, model: Factors, strength: float, appearance: AppearanceError | None = None
 ) -> float:
-    """What the steps minimise: (E + albedo error) e^disorder."""
-    error = problem.objective_of(model) + (albedo.value(model) if albedo else 0)
+    """What the steps minimise: (E + error of appearance) e^disorder."""
+    error = problem.objective_of(model) + (appearance.value(model) if appearance else 0)
     return error * np.exp(prior.disorder(model, strength))
 
 
@@ -110,14 +110,14 @@ def refine(
     problem: P,
     model: AnyFactors,
     strength: float = 0.0,
-    albedo: AlbedoError | None = None,
+    appearance: AppearanceError | None = None,
     *,
     equations: Callable[[P, AnyFactors, Layout], Equations] | None = None,
 ) -> Iterator[tuple[AnyFactors, float]]:
     """Yield (model, objective) after every accepted step; ends when no step lowers it.
 
     strength : of the prior, which is part of the objective
-    albedo : of an isotropic measurement; part of the objective too, if given
+    appearance : of an isotropic measurement; part of the objective too, if given
     equations : for problems of another kind than Problem; default: normal_equations
     """
     equations = equations or normal_equations
@@ -127,8 +127,8 @@ def refine(
     while True:
         x = layout.pack(model)
         value, normal, gradient = equations(problem, model, layout)
-        if albedo:
-            value += _add_albedo(problem, model, albedo, normal, gradient)
+        if appearance:
+            value += _add_appearance(problem, model, appearance, normal, gradient)
         objective = value * np.exp(prior.disorder(model, strength))
         _add_prior(problem, model, strength, value, layout, normal, gradient)
         for _ in range(MAX_REJECTIONS):
@@ -137,7 +137,7 @@ def refine(
                 step[: layout.diffuse.start], -MAX_LOG_STEP, MAX_LOG_STEP
             )
             trial = layout.unpack(x + step, model).normalized()
-            after = objective_of(problem, trial, strength, albedo)
+            after = objective_of(problem, trial, strength, appearance)
             if after < objective:
                 break
             damping *= DAMPING_UP
@@ -169,17 +169,17 @@ def normal_equations(problem: Problem, model: FactorModel, layout: Layout) -> Eq
     return problem.objective(model, moments), normal, gradient
 
 
-def _add_albedo(
+def _add_appearance(
     problem: Problem,
     model: FactorModel,
-    albedo: AlbedoError,
+    appearance: AppearanceError,
     normal: np.ndarray,
     gradient: np.ndarray,
 ) -> float:
-    """Add J' J and -J' r of the albedo error, and return it."""
-    residual, jacobian = albedo.residual_and_jacobian(model)
+    """Add J' J and -J' r of the error of appearance, and return it."""
+    residual, jacobian = appearance.residual_and_jacobian(model)
     normal += problem.target_energy * (jacobian.T @ jacobian)
-    gradient -= problem.target_energy * (jacobian.T @ residual)
+    gradient -= problem.target_energy * (jacobian.T @ residual.astype(jacobian.dtype))
     return float(residual @ residual)
 
 

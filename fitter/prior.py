@@ -64,7 +64,7 @@ NDF_FLOOR = 1e-5
 SOFTENING = 1e-3
 RATIO_SOFTENING = 0.02  # of log(G / cos theta); many of its steps stay near 0
 
-DEFAULT_STRENGTH = 0.3
+DEFAULT_STRENGTH = 0.25
 
 
 @dataclass(frozen=True)

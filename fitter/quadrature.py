@@ -32,6 +32,12 @@ class ViewQuadrature:
     wo: np.ndarray
     solid_angle: np.ndarray
 
+    def turned(self, phi: float) -> ViewQuadrature:
+        """The same about the normal, counter-clockwise by phi, radians."""
+        cosine, sine = np.cos(phi), np.sin(phi)
+        turn = np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]])
+        return ViewQuadrature(self.wi @ turn, self.wo @ turn, self.solid_angle)
+
 
 @dataclass(frozen=True)
 class HalfVectors:
@@ -70,13 +76,16 @@ class HalfVectors:
         return ViewQuadrature(wi[keep], wo, (4 * cos_d * self.solid_angle)[keep])
 
 
-def view_quadrature(theta_o: float, n_theta: int, n_phi: int) -> ViewQuadrature:
+def view_quadrature(
+    theta_o: float, n_theta: int, n_phi: int, turn: float = np.pi
+) -> ViewQuadrature:
     """Points that lie as densely as the bins of theta_h on the MERL grid.
 
-    Gauss-Legendre in the square root of theta_h, midpoints over half the azimuths of h.
+    Gauss-Legendre in the square root of theta_h, midpoints over half the azimuths of h, or over
+    all of them with a turn of 2 pi.
     """
     points, gauss = np.polynomial.legendre.leggauss(n_theta)
     root = (points + 1) / 2
     theta_h = root**2 * HALF_PI
     ring = 2 * np.pi * np.sin(theta_h) * (HALF_PI * 2 * root * gauss / 2)
-    return HalfVectors.on_rings(theta_h, ring, n_phi).at_view(theta_o, LEAST_COS_I)
+    return HalfVectors.on_rings(theta_h, ring, n_phi, turn).at_view(theta_o, LEAST_COS_I)

@@ -26,13 +26,15 @@ class Quality(Work):
     """Work of an isotropic fit, which aggregates its samples; see Work and `problem`.
 
     coarse_phi_group, coarse_angles : resolution of all stages but the last
-    albedo_steps : joint steps after the refinement that see the directional albedo as well, and
-        those that the refinement has not needed
-    polish_steps : joint steps on all samples and the albedo
+    appearance_steps : joint steps after the refinement that see the appearance as well, and those
+        that the refinement has not needed
+    maps : environments of the appearance; 0 for the albedo alone
+    polish_steps : joint steps on all samples and the appearance
     polish_angles : angle bins of the polish
     """
 
-    albedo_steps: int
+    appearance_steps: int
+    maps: int
     coarse_phi_group: int
     coarse_angles: int
     polish_steps: int
@@ -40,9 +42,9 @@ class Quality(Work):
 
 
 QUALITIES = {
-    "draft": Quality(1, 6, 0, 8, 8, 5, 180, 0, 180),
-    "standard": Quality(3, 6, 4, 24, 8, 5, 360, 4, 720),
-    "best": Quality(5, 12, 8, 60, 12, 5, 360, 24, 720),
+    "draft": Quality(1, 6, 0, 5, 6, 2, 5, 180, 0, 180),
+    "standard": Quality(3, 6, 4, 20, 10, 8, 5, 360, 3, 720),
+    "best": Quality(5, 12, 8, 60, 40, 8, 5, 360, 12, 720),
 }
 ANISOTROPIC_QUALITIES = {
     "draft": Work(1, 4, 0, 10),

@@ -71,6 +71,20 @@ def read(path: str | os.PathLike, *, encoding: str | None = None) -> AnyMeasurem
     return format_.read(path, encoding)
 
 
+def offered_encoding(path: str | os.PathLike, wanted: str | None) -> str | None:
+    """The encoding with which a file among many is read: as wanted where its format has a choice.
+
+    None for files without, whatever is wanted; the format's default where nothing is.
+
+    Raises
+    ------
+    MeasurementError
+        The file cannot be read.
+    """
+    offered = detect(path).encodings
+    return (wanted or offered[0]) if offered else None
+
+
 def read_isotropic(path: str | os.PathLike) -> Measurement:
     """Read a measured file for what has no use for anisotropic ones.
 

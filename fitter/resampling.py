@@ -17,7 +17,7 @@ import numpy as np
 
 from . import polar_grid
 from .anisotropic_measurement import AnisotropicMeasurement, ClampReport
-from .errors import MeasurementError
+from .errors import MeasurementError, shown_name
 from .geometry import (
     N_PHI_D,
     N_THETA_D,
@@ -108,8 +108,8 @@ def _finish(table: np.ndarray, valid: np.ndarray, source: Source) -> None:
     """Refuse what is black everywhere, and keep what is not from being changed."""
     if not table.any():
         raise MeasurementError(
-            f"{source.file_name}: none of {np.count_nonzero(valid):,} usable values is above zero, "
-            "nothing can be fitted to a perfectly black material; download it again"
+            f"{shown_name(source.file_name)}: none of {np.count_nonzero(valid):,} usable values is "
+            "above zero, nothing can be fitted to a perfectly black material; download it again"
         )
     for array in (table, valid):
         array.flags.writeable = False

@@ -77,6 +77,8 @@ def load(path: str | os.PathLike) -> RglFile:
         return RglFile(brdf, Source(file_name=file.stored_name, format="rgl", sha256=sha256))
 
 
+# a signalling NaN of a spoiled file would else be told at every cast; what is not finite is checked
+@np.errstate(invalid="ignore")
 def from_fields(fields: Fields, name: str) -> AdaptiveBrdf:
     """The BRDF in the fields of a tensor file.
 

@@ -37,15 +37,7 @@ class Scene:
     def __init__(self, mask: np.ndarray, environments: list[np.ndarray]) -> None:
         rows, columns = ENVIRONMENT_SHAPE
         theta = (np.arange(rows) + 0.5) / rows * np.pi
-        phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
-        self.directions = np.stack(
-            np.broadcast_arrays(
-                np.sin(theta)[:, None] * np.cos(phi),
-                np.cos(theta)[:, None],
-                np.sin(theta)[:, None] * np.sin(phi),
-            ),
-            -1,
-        ).reshape(-1, 3)
+        self.directions = texel_directions()
         texel = np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns)
         self.solid_angle = np.repeat(texel, columns)
         self.light = np.stack(
@@ -121,6 +113,30 @@ def rendered_psnr(pixels: np.ndarray, reference: np.ndarray) -> np.ndarray:
             for a, b in zip(pixels, reference, strict=True)
         ]
     )
+
+
+def texel_directions() -> np.ndarray:
+    """Unit directions (texels, 3) to the middles of a map's texels, row by row."""
+    rows, columns = ENVIRONMENT_SHAPE
+    theta = (np.arange(rows) + 0.5) / rows * np.pi
+    phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
+    return np.stack(
+        np.broadcast_arrays(
+            np.sin(theta)[:, None] * np.cos(phi),
+            np.cos(theta)[:, None],
+            np.sin(theta)[:, None] * np.sin(phi),
+        ),
+        -1,
+    ).reshape(-1, 3)
+
+
+def texel_index(directions: np.ndarray) -> np.ndarray:
+    """Index (n,) of the texel that holds each unit direction (n, 3)."""
+    rows, columns = ENVIRONMENT_SHAPE
+    theta = np.arccos(np.clip(directions[:, 1], -1, 1))
+    phi = np.mod(np.arctan2(directions[:, 2], directions[:, 0]), 2 * np.pi)
+    row = np.minimum((theta / np.pi * rows).astype(np.intp), rows - 1)
+    return row * columns + np.minimum((phi / (2 * np.pi) * columns).astype(np.intp), columns - 1)
 
 
 def box_filtered(image: np.ndarray, rows: int, columns: int) -> np.ndarray:

@@ -11,16 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from . import quick_albedo
 from .closures import Closure
 from .factors import Factors
-from .geometry import HALF_PI, theta_h_centres
+from .geometry import theta_h_centres
 from .model import FactorModel
-from .quadrature import view_quadrature
+from .quadrature import ViewQuadrature, view_quadrature
+from .quick_albedo import views_at
 from .splines import masking_nodes
-from .tables import lobe_albedo, sampling_tables, versine_nodes
+from .tables import sampling_tables, versine_nodes
 
 # View angles of the colours, degrees: dense where Fresnel rises.
 VIEW_ANGLES = (0.0, 20.0, 35.0, 48.0, 58.0, 66.0, 72.0, 77.0, 81.0, 84.0, 87.0, 89.5)
@@ -54,14 +57,14 @@ class StandIn:
 def stand_in(model: Factors) -> StandIn:
     """The closures that stand in for a model; an anisotropic one is averaged over azimuths."""
     model = without_direction(model)
-    theta_o = np.minimum(np.radians(VIEW_ANGLES), HALF_PI)
-    albedo = np.moveaxis(lobe_albedo(model, theta_o, n_phi=24, n_per_bin=2), 0, 1)
+    theta_o = np.radians(VIEW_ANGLES)
+    albedo = np.moveaxis(quick_albedo.lobe_albedo(model, views_at(theta_o)), 0, 1)
     alpha = matched_alpha(model)
     return StandIn(
         diffuse=np.pi * model.diffuse,
         alpha=alpha,
         cosines=np.cos(theta_o),
-        colors=albedo / _ggx_albedo(alpha, theta_o)[..., None],
+        colors=albedo / np.array([_ggx_albedo(width) for width in alpha.tolist()])[..., None],
         albedo=albedo,
     )
 
@@ -99,12 +102,13 @@ def matched_alpha(model: FactorModel) -> np.ndarray:
     return ALPHAS[error.argmin(1)]
 
 
-def _ggx_albedo(alpha: np.ndarray, theta_o: np.ndarray) -> np.ndarray:
-    """Directional albedo (lobes, n) of white GGX lobes, single scattering as Cycles has it."""
-    out = np.empty((len(alpha), len(theta_o)))
-    for column, theta in enumerate(theta_o):
-        view = view_quadrature(float(theta), *POINTS)
-        for row, width in enumerate(alpha):
-            white = Closure("ggx", float(width)).columns(view.wi, view.wo).sum(0)
-            out[row, column] = white @ view.solid_angle
-    return out
+@lru_cache(maxsize=len(ALPHAS))
+def _ggx_albedo(alpha: float) -> np.ndarray:
+    """Directional albedo (n,) of a white GGX lobe at VIEW_ANGLES, single scattering as Cycles'."""
+    lobe = Closure("ggx", alpha)
+    return np.array([lobe.columns(v.wi, v.wo).sum(0) @ v.solid_angle for v in _ggx_views()])
+
+
+@lru_cache(maxsize=1)
+def _ggx_views() -> list[ViewQuadrature]:
+    return [view_quadrature(theta, *POINTS) for theta in np.radians(VIEW_ANGLES).tolist()]

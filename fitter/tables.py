@@ -21,9 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import quick_albedo
 from .geometry import HALF_PI, N_THETA_H, theta_h_centres, theta_h_from_index, versine
 from .model import FactorModel
 from .quadrature import HalfVectors
+from .quick_albedo import views_at
 
 
 def versine_nodes() -> np.ndarray:
@@ -67,7 +69,7 @@ def selection_table(model: FactorModel) -> np.ndarray:
     """
     theta_o = np.linspace(0, HALF_PI, N_SELECTION)
     theta_o[-1] = np.radians(89.5)
-    return np.moveaxis(lobe_albedo(model, theta_o, n_phi=24, n_per_bin=2), 0, 1)
+    return np.moveaxis(quick_albedo.lobe_albedo(model, views_at(theta_o)), 0, 1)
 
 
 def directional_albedo(model: FactorModel, theta_o: np.ndarray) -> np.ndarray:

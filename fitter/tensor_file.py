@@ -100,7 +100,7 @@ def parse(content: bytes, name: str) -> dict[str, np.ndarray]:
     if version != VERSION:
         raise MeasurementError(
             f"{name}: version {version[0]}.{version[1]} of the tensor format, only "
-            f"{VERSION[0]}.{VERSION[1]} can be read"
+            f"{VERSION[0]}.{VERSION[1]} can be read; choose {EXPECTED}"
         )
     n_fields = cursor.number("I")
     if n_fields > MAX_FIELDS:

@@ -15,16 +15,18 @@ Negative values, which noise leaves in dark pairs, count as 0; pairs that are no
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import io
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import ModuleType
 
 import numpy as np
 
 from . import measured_file, polar_grid
 from .anisotropic_measurement import AnisotropicMeasurement, ClampReport
-from .errors import MeasurementError
+from .errors import MeasurementError, printable
 from .measured_file import MeasuredFile, checked_name, opened
 from .measurement import Source
 
@@ -130,6 +132,8 @@ def _content(file: MeasuredFile) -> bytes:
     return content
 
 
+# a signalling NaN of a spoiled file would else be told at a cast; what is not finite is masked
+@np.errstate(invalid="ignore")
 def _measurement(
     file: MeasuredFile, format_name: str, content: bytes, stored: np.ndarray, encoding: str
 ) -> AnisotropicMeasurement:
@@ -213,15 +217,19 @@ def _exr_attributes(header: bytes, name: str) -> list[tuple[str, bytes]]:
 def _exr_pixels(path: str | os.PathLike, name: str) -> np.ndarray:
     """Pixels (288, 288, 3) of a picture whose header was checked."""
     openexr = _openexr(name)
-    try:
-        with openexr.File(os.fsdecode(path), separate_channels=True) as picture:
-            channels = {key: channel.pixels for key, channel in picture.channels().items()}
-    except Exception as error:
-        # the library raises RuntimeError, and whatever numpy says to what it returns
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise MeasurementError(
-            f"{name}: cannot be decoded as OpenEXR ({reason}); download it again"
-        ) from None
+    with _chatter() as printed:
+        try:
+            with openexr.File(os.fsdecode(path), separate_channels=True) as picture:
+                channels = {key: channel.pixels for key, channel in picture.channels().items()}
+        except Exception as error:
+            # the library raises RuntimeError, and whatever numpy says to what it returns; where
+            # pixels are damaged it prints why and goes on without the picture
+            reason = printed.getvalue().rpartition(" - ")[2] or str(error) or type(error).__name__
+            reason = reason.replace(os.fsdecode(path), "the file")
+            raise MeasurementError(
+                f"{name}: cannot be decoded as OpenEXR ({printable(reason.splitlines()[0])}); "
+                "download it again"
+            ) from None
     missing = [key for key in "RGB" if key not in channels]
     if missing:
         raise MeasurementError(
@@ -232,6 +240,23 @@ def _exr_pixels(path: str | os.PathLike, name: str) -> np.ndarray:
     if any(plane.shape != (SIDE, SIDE) for plane in planes):
         raise MeasurementError(f"{name}: channels of different sizes; choose {EXPECTED}")
     return np.stack(planes, -1)
+
+
+@contextlib.contextmanager
+def _chatter() -> Iterator[io.StringIO]:
+    """What the library prints in Python. What it writes to stderr, with the path, is hidden."""
+    printed = io.StringIO()
+    with contextlib.ExitStack() as stack:
+        # a Blender without a console may have no stderr
+        with contextlib.suppress(OSError):
+            kept = os.dup(2)
+            stack.callback(os.close, kept)
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, 2)
+            os.close(nowhere)
+            stack.callback(os.dup2, kept, 2)
+        stack.enter_context(contextlib.redirect_stdout(printed))
+        yield printed
 
 
 def _openexr(name: str) -> ModuleType:

@@ -8,6 +8,7 @@ register, unregister = register_submodule_factory(
     (
         "edit_properties",
         "properties",
+        "material",
         "preferences",
         "fitting",
         "completion",

@@ -15,20 +15,24 @@ from pathlib import Path
 
 import bpy
 
+from ..fitter import batch, synthetic
 from ..fitter import command_line as fitter_command_line
-from ..fitter import synthetic
 from ..fitter.errors import NfmError, shown_name
+from ..fitter.factors import Factors
 from ..fitter.fit_file import material_from_file
 from ..fitter.model import FactorModel
 from ..fitter.parameter_file import FittedMaterial
 from ..fitter.progress import Progress
 from . import demo_light, images, material, script_node
+from .cloth_scene import build_cloth_scene
+from .editing.rendered_model import rendered_model
 from .evaluate import evaluate_through_osl
 from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
 from .rendering import check_output, render_to_file
 from .standard_sphere import SphereView, build_scene
 
 SAMPLINGS = [identifier.lower() for identifier, *_ in SAMPLING_ITEMS]
+SCENES = {"sphere": build_scene, "cloth": build_cloth_scene}
 DEMO_SAMPLE = "copper-paint"
 
 
@@ -40,7 +44,7 @@ def main(argv: Sequence[str]) -> int:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     _add_demo_verb(verbs)
     fitter_command_line.add_fit_verb(verbs)
-    fitter_command_line.add_export_verb(verbs)
+    _add_export_verb(verbs)
     _add_eval_verb(verbs)
     _add_render_verb(verbs)
     return fitter_command_line.run(parser, argv)
@@ -60,11 +64,32 @@ def _add_eval_verb(verbs: argparse._SubParsersAction) -> None:
     )
 
 
+def _add_export_verb(verbs: argparse._SubParsersAction) -> None:
+    parser = fitter_command_line.add_export_verb(verbs)
+    parser.set_defaults(run=lambda arguments: fitter_command_line.run_export(arguments, _edited))
+
+
+def _edited(fitted: FittedMaterial) -> Factors:
+    """The model of a preset with its edits."""
+    new = material.build(fitted)
+    try:
+        return rendered_model(new)
+    finally:
+        material.remove(new)
+
+
 def _add_render_verb(verbs: argparse._SubParsersAction) -> None:
-    parser = verbs.add_parser("render", help="render the standard sphere")
+    parser = verbs.add_parser("render", help="render the standard sphere, or cloths")
     parser.add_argument("file", metavar="FILE_OR_PARAMS", help="a measured file or .nfm.json")
     fitter_command_line.add_quality_option(parser)
     parser.add_argument("-o", "--output", metavar="OUT.exr|OUT.png", required=True, type=Path)
+    parser.add_argument(
+        "--scene",
+        choices=SCENES,
+        default="sphere",
+        help="cloth: three draped cloths with the material at 0, 45 and 90 degrees, three times as "
+        "wide as high",
+    )
     parser.add_argument("--env", metavar="MAP.hdr", type=Path, help="default: uniform white 1")
     parser.add_argument("--samples", type=_integer(1, 2**24), default=64, metavar="N")
     parser.add_argument("--seed", type=_integer(0, 2**31 - 1), default=0, metavar="N")
@@ -99,7 +124,7 @@ def _run_render(arguments: argparse.Namespace) -> None:
     new = material.build(fitted, arguments.sampling.upper())
     if arguments.candidates is not None:
         material.find_script_node(new).inputs["Candidates"].default_value = arguments.candidates
-    _render(new, view, arguments.output)
+    _render(new, SCENES[arguments.scene], view, arguments.output)
     sys.stdout.write(f"written to      {arguments.output}\n")
 
 
@@ -121,7 +146,7 @@ def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
 
 
 def _run_demo(arguments: argparse.Namespace) -> None:
-    folder = fitter_command_line.made_folder(arguments.output)
+    folder = batch.made_folder(arguments.output)
     path = arguments.file
     if path is None:
         path = folder / f"synthetic-{DEMO_SAMPLE}.binary"
@@ -142,7 +167,7 @@ def _run_demo(arguments: argparse.Namespace) -> None:
     images.write_linear(environment, demo_light.studio())
     picture = folder / f"{Path(path).stem}.png"
     view = SphereView(resolution=512, samples=128, environment=environment)
-    _render(new, view, picture)
+    _render(new, build_scene, view, picture)
     sys.stdout.write(f"\nThe picture is {picture.resolve()}\n")
 
 
@@ -155,9 +180,14 @@ def _fitted(path: str | Path, quality: str) -> FittedMaterial:
         )
 
 
-def _render(new: bpy.types.Material, view: SphereView, output: Path) -> None:
+def _render(
+    new: bpy.types.Material,
+    build: Callable[[bpy.types.Material, SphereView], bpy.types.Scene],
+    view: SphereView,
+    output: Path,
+) -> None:
     script_node.require_osl()
-    scene = build_scene(new, view)
+    scene = build(new, view)
     with Progress(sys.stderr, "render") as progress:
         render_to_file(scene, output, lambda share: progress.update(share, "rendering"))
 

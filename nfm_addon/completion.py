@@ -12,7 +12,7 @@ from . import material, script_node
 
 @persistent
 def complete_materials(*_arguments: object) -> None:
-    """Compile what was never compiled, after a file was opened."""
+    """Compile what was never compiled, after a file was opened or something was appended."""
     if not script_node.has_osl():
         return
     for item in bpy.data.materials:
@@ -23,9 +23,14 @@ def complete_materials(*_arguments: object) -> None:
                 print(f"nfm: {error}")  # noqa: T201
 
 
+_HANDLERS = ("load_post", "blend_import_post")
+
+
 def register() -> None:
-    bpy.app.handlers.load_post.append(complete_materials)
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(complete_materials)
 
 
 def unregister() -> None:
-    bpy.app.handlers.load_post.remove(complete_materials)
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(complete_materials)

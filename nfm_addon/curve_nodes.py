@@ -7,13 +7,22 @@ that is saved, undone and copied with its material.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 
 import bpy
 import numpy as np
 
 from ..fitter import curves
-from ..fitter.curves import CURVES, FRESNEL_CURVES, MASKING_CURVES, NDF_CURVES
+from ..fitter.curves import (
+    AROUND_CURVES,
+    CURVES,
+    FRESNEL_CURVES,
+    MASKING_AROUND_CURVES,
+    MASKING_CURVES,
+    NDF_AROUND_CURVES,
+    NDF_CURVES,
+)
 from ..fitter.edit_document import Handle, Handles
 
 FRAME = "Curves"
@@ -28,19 +37,24 @@ KIND = "AUTO_CLAMPED"
 _LABELS = {
     **{name: f"{name}: highlight shape" for name in NDF_CURVES},
     **{name: f"{name}: falloff to grazing" for name in MASKING_CURVES},
+    **{name: f"{name}, 0 to 360 degrees" for name in AROUND_CURVES},
     FRESNEL_NODE: "F: colour from facing to grazing",
 }
 
 
-def ensure(group: bpy.types.ShaderNodeTree) -> None:
-    """Add the curve nodes that a group does not have, in a frame below its other nodes."""
+# Rows of nodes in the frame, from its top.
+_ROWS = (NDF_CURVES, MASKING_CURVES, (FRESNEL_NODE,), NDF_AROUND_CURVES, MASKING_AROUND_CURVES)
+
+
+def ensure(group: bpy.types.ShaderNodeTree, names: Sequence[str]) -> None:
+    """Add the nodes of curves that a group does not have, in a frame below its other nodes."""
     frame = group.nodes.get(FRAME)
     if frame is None:
         frame = group.nodes.new("NodeFrame")
         frame.name = frame.label = FRAME
-    for row, names in enumerate((NDF_CURVES, MASKING_CURVES, (FRESNEL_NODE,))):
-        for column, name in enumerate(names):
-            if name in group.nodes:
+    for row, family in enumerate(_ROWS):
+        for column, name in enumerate(family):
+            if name not in names or name in group.nodes:
                 continue
             rgb = name == FRESNEL_NODE
             node = group.nodes.new("ShaderNodeRGBCurve" if rgb else "ShaderNodeFloatCurve")
@@ -101,6 +115,29 @@ def write(group: bpy.types.ShaderNodeTree, wanted: Handles) -> None:
     for name, points in wanted.items():
         if node_of(group, name) is not None:
             set_handles(group, name, points)
+
+
+def join_seams(group: bpy.types.ShaderNodeTree) -> None:
+    """Have curves around begin and end at one height, as 0 and 360 degrees are one azimuth.
+
+    The end that was moved takes the other one with it.
+    """
+    before = json.loads(group.nfm.seams or "{}")
+    after = {}
+    for name in AROUND_CURVES:
+        curve = _curve(group, name)
+        if curve is None:
+            continue
+        first, last = curve.points[0], curve.points[-1]
+        heights = first.location.y, last.location.y
+        known = before.get(name, heights[0])
+        after[name] = max(heights, key=lambda height, known=known: abs(height - known))
+        if heights[0] != heights[1]:
+            for point in (first, last):
+                point.location.y = after[name]
+            node_of(group, name).mapping.update()
+    if after != before:
+        group.nfm.seams = json.dumps(after)
 
 
 def heights(group: bpy.types.ShaderNodeTree) -> dict[str, np.ndarray]:

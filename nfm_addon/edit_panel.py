@@ -7,9 +7,10 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.utils import register_classes_factory
 
-from ..fitter.curves import MASKING_CURVES, NDF_CURVES
+from ..fitter.curves import curves_of_lobe
 from . import curve_nodes, editing
-from .edit_properties import LOBE_SLIDERS, LOBES
+from .edit_properties import DIRECTIONAL_SLIDERS, LOBE_SLIDERS, LOBES
+from .node_group import kind_of
 from .operators.blend_with import NFM_OT_blend_with
 from .operators.copy_edits import (
     NFM_OT_copy_curve,
@@ -20,8 +21,8 @@ from .operators.copy_edits import (
 from .operators.reset_edits import NFM_OT_keep_energy, NFM_OT_reset_edits
 from .places import InMaterialProperties, InShaderEditor
 
-# The albedo shown is of a coarse integral, a few per cent off near grazing.
-TOO_MUCH_LIGHT = 1.02
+# The albedo shown is of a coarse integral, up to 0.2 % off.
+TOO_MUCH_LIGHT = 1.005
 
 
 class _LobesAndCurves:
@@ -58,16 +59,17 @@ def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     layout.prop(edit, "show_original", toggle=True)
     _draw_energy(layout, material)
     group = editing.group_of(material)
+    kind = kind_of(group)
     for number, lobe in enumerate(LOBES):
         header, body = layout.panel(f"NFM_PT_{lobe}", default_closed=number > 0)
         header.label(text=iface_("Lobe {:d}").format(number + 1), translate=False)
         header.operator(NFM_OT_copy_lobe.bl_idname, text="", icon="COPYDOWN").lobe = number + 1
         header.operator(NFM_OT_paste_lobe.bl_idname, text="", icon="PASTEDOWN").lobe = number + 1
         if body:
-            # the lobes of an anisotropic material have no curves, and keep their shapes
-            for name in LOBE_SLIDERS if edit.drawn else ("gain",):
-                body.prop(getattr(edit, lobe), name)
-            for curve in (NDF_CURVES[number], MASKING_CURVES[number]) if edit.drawn else ():
+            for name in LOBE_SLIDERS:
+                if kind == "anisotropic" or name not in DIRECTIONAL_SLIDERS:
+                    body.prop(getattr(edit, lobe), name)
+            for curve in curves_of_lobe(number, kind):
                 _draw_curve(body, group, curve)
     _draw_color(layout, material, group)
     _draw_blend(layout, edit)
@@ -101,8 +103,7 @@ def _draw_color(
         column = body.column(heading="Body", align=True)
         column.prop(edit, "diffuse_saturation")
         column.prop(edit, "diffuse_hue")
-        if edit.drawn:
-            _draw_curve(body, group, curve_nodes.FRESNEL_NODE)
+        _draw_curve(body, group, curve_nodes.FRESNEL_NODE)
 
 
 def _draw_curve(layout: bpy.types.UILayout, group: bpy.types.ShaderNodeTree, name: str) -> None:

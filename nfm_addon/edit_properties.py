@@ -18,12 +18,15 @@ from bpy.utils import register_classes_factory
 
 from ..fitter.edits import RANGES, LobeSliders, Sliders
 from ..fitter.factors import N_LOBES
+from . import changes
 
 # A library override may change everything here, and keeps it.
 OVERRIDE = {"LIBRARY_OVERRIDABLE"}
 
 LOBES = tuple(f"lobe_{lobe + 1}" for lobe in range(N_LOBES))
-LOBE_SLIDERS = ("width", "haze", "falloff", "gain")
+LOBE_SLIDERS = ("width", "width_along", "width_across", "haze", "falloff", "gain")
+# Those that an isotropic lobe does not have.
+DIRECTIONAL_SLIDERS = ("width_along", "width_across")
 MATERIAL_SLIDERS = (
     "edge_tint",
     "edge_strength",
@@ -35,9 +38,7 @@ MATERIAL_SLIDERS = (
 
 
 def _changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from . import live
-
-    live.request()
+    changes.edits.tell(settings.id_data)
 
 
 def _slider(
@@ -67,6 +68,21 @@ class NFM_PG_lobe_sliders(bpy.types.PropertyGroup):
         4.0,
         "Makes this lobe's highlight wider (above 1) or sharper (below 1). It keeps its light: a "
         "wider highlight is a dimmer one",
+    )
+    width_along: _slider(
+        "Width Along",
+        "width_along",
+        1.0,
+        4.0,
+        "Stretches this lobe's highlight along the brush marks or threads of the material",
+    )
+    width_across: _slider(
+        "Width Across",
+        "width_across",
+        1.0,
+        4.0,
+        "Stretches this lobe's highlight across the brush marks or threads of the material, where "
+        "it is the long one",
     )
     haze: _slider(
         "Haze",
@@ -231,6 +247,11 @@ class NFM_PG_group(bpy.types.PropertyGroup):
     applied: StringProperty(
         name="Applied",
         description="Which state of its material the group's shader was made for",
+        options={"HIDDEN"},
+    )
+    seams: StringProperty(
+        name="Seams",
+        description="Heights at which the curves around begin and end (JSON)",
         options={"HIDDEN"},
     )
 

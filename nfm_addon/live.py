@@ -2,8 +2,10 @@
 """When shaders are brought up to date: soon after an edit, and before every render.
 
 Nothing is done while something else changes: Blender says which kinds of data were updated, and
-only node trees and materials are looked at. What needs doing is always found by comparing states
-(editing.py), never remembered, so undo, redo and loading a file need no care of their own.
+only node trees and materials are looked at. Of a curve that is dragged by mouse it says nothing
+before the button is released; but the editor with the curve is drawn anew, which is when its
+material is looked at. What needs doing is always found by comparing states
+(editing/state.py), never remembered, so undo, redo and loading a file need no care of their own.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..fitter.errors import NfmError
-from . import editing
+from . import changes, editing
 
 # Updates come at the rate of the mouse; those of this many seconds become one shader.
 PAUSE = 0.03
@@ -104,6 +106,10 @@ def _editable() -> Iterator[bpy.types.Material]:
     return filter(editing.has_own_nodes, editing.measured_materials())
 
 
+def _on_edit(_material: bpy.types.Material) -> None:
+    request()
+
+
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not (depsgraph.id_type_updated("NODETREE") or depsgraph.id_type_updated("MATERIAL")):
@@ -121,6 +127,19 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             request()
             return
         seen.add(group)
+
+
+def _on_draw() -> None:
+    """See whether a curve of the material that an editor shows is being dragged."""
+    item = _shown_material(bpy.context)
+    if item and editing.has_own_nodes(item) and not editing.is_drafted(item):
+        request()
+
+
+def _shown_material(context: bpy.types.Context) -> bpy.types.Material | None:
+    """The measured material that a properties or node editor shows."""
+    item = getattr(context, "material", None) or getattr(context.space_data, "id", None)
+    return item if isinstance(item, bpy.types.Material) and item.nfm.parameters else None
 
 
 @persistent
@@ -169,12 +188,29 @@ _HANDLERS = {
 }
 
 
+# Editors and regions with curves: the panel, the nodes themselves, and the panel beside them.
+_DRAWN = (
+    (bpy.types.SpaceProperties, "WINDOW"),
+    (bpy.types.SpaceNodeEditor, "WINDOW"),
+    (bpy.types.SpaceNodeEditor, "UI"),
+)
+_draw_handlers: list[tuple[type, str, object]] = []
+
+
 def register() -> None:
+    for space, region in _DRAWN:
+        handler = space.draw_handler_add(_on_draw, (), region, "POST_PIXEL")
+        _draw_handlers.append((space, region, handler))
+    changes.edits.listen(_on_edit)
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
+    for space, region, handler in _draw_handlers:
+        space.draw_handler_remove(handler, region)
+    _draw_handlers.clear()
+    changes.edits.forget(_on_edit)
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     _Timer.stop()

@@ -13,16 +13,17 @@ import bpy
 import numpy as np
 
 from ..fitter import parameter_file
+from ..fitter.anisotropy import Anisotropy, anisotropy
 from ..fitter.errors import NfmError, printable
 from ..fitter.parameter_file import FittedMaterial
 from ..osl import generate
-from . import editing, node_group, script_node, stand_in
+from . import changes, editing, lobes, node_group, script_node, stand_in
 from .editing import fitted_material
 from .errors import ShaderError
 from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
 from .node_trees import empty_tree
 from .properties import DEFAULT_SAMPLING
-from .shader_source import available_sampling, new_surface
+from .shader_source import new_surface
 
 __all__ = (
     "build",
@@ -53,15 +54,13 @@ INT_MAX = 2**31 - 1  # of Blender's properties
 def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types.Material:
     """New material of a fitted model; nothing is left behind if its shader does not compile.
 
-    sampling : an identifier of properties.SAMPLING_ITEMS; REFERENCE replaces one that the kind of
-        model does not have
+    sampling : an identifier of properties.SAMPLING_ITEMS
 
     Raises
     ------
     ShaderError
         This Blender cannot compile the shader.
     """
-    sampling = available_sampling(fitted.model, sampling.lower()).upper()
     surface = new_surface(fitted.model, sampling.lower())
     group = node_group.new_group(fitted.model)
     script = group.nodes[SCRIPT_NODE]
@@ -88,23 +87,15 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
 def change_sampling(material: bpy.types.Material) -> None:
     """Write the shader for the sampling in material.nfm, with that sampling's own Candidates.
 
-    A sampling that the kind of model does not have becomes REFERENCE.
-
     Raises
     ------
     ParameterFileError, ShaderError
         As editing.refresh.
     """
-    wanted = material.nfm.sampling
-    sampling = available_sampling(fitted_material(material).model, wanted.lower())
-    if sampling != wanted.lower():
-        material.nfm.sampling = sampling.upper()  # comes back here
-        return
     editing.refresh(material)
     candidates = find_script_node(material).inputs.get("Candidates")  # without OSL there is none
     if candidates:
-        default = generate.DEFAULT_CANDIDATES[sampling]
-        candidates.default_value = default
+        candidates.default_value = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
 
 
 def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
@@ -175,6 +166,19 @@ def show_in_cycles(material: bpy.types.Material) -> None:
         material.node_tree.links.new(source, output.inputs["Surface"])
 
 
+def show_audible_lobes(material: bpy.types.Material) -> None:
+    """Show the lobes that material.nfm.mute and solo leave.
+
+    Raises
+    ------
+    ShaderError
+        The material has lost its node group or is linked.
+    """
+    settings = material.nfm
+    group = editing.own_group(material)
+    lobes.show(group, lobes.audible(settings.mute, settings.solo))
+
+
 def remove(material: bpy.types.Material) -> None:
     """Remove a material with its node group and Text, unless others use them."""
     group = find_group_node(material).node_tree
@@ -214,6 +218,9 @@ def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     settings.parameters = parameter_file.dumps(replace(fitted, edits=None))
     settings.model = parameter_file.MODEL
     settings.numbers = fitted.model.n_parameters
+    main = anisotropy(fitted.model) if fitted.model.kind == "anisotropic" else Anisotropy(0.0, 0.0)
+    settings.anisotropy_direction = main.direction
+    settings.anisotropy_strength = main.strength
     if fitted.source:
         settings.source = fitted.source.file_name
         settings.source_format = fitted.source.format
@@ -226,3 +233,13 @@ def _store(material: bpy.types.Material, fitted: FittedMaterial) -> None:
             setattr(settings, name, value)
         else:
             settings.property_unset(name)
+
+
+def register() -> None:
+    changes.sampling.listen(change_sampling)
+    changes.audible.listen(show_audible_lobes)
+
+
+def unregister() -> None:
+    changes.sampling.forget(change_sampling)
+    changes.audible.forget(show_audible_lobes)

@@ -104,6 +104,11 @@ def _link_frame(
         group.links.new(node.outputs["Tangent"], script.inputs[name])
 
 
+def kind_of(group: bpy.types.ShaderNodeTree) -> str:
+    """The kind of model that a group was made for: "isotropic" or "anisotropic"."""
+    return "anisotropic" if "Tangent" in group.interface.items_tree else "isotropic"
+
+
 def find_group_node(material: bpy.types.Material) -> bpy.types.ShaderNodeGroup:
     """The node of a material that holds its Script node's group.
 

@@ -10,7 +10,8 @@ from bpy.utils import register_classes_factory
 from ..fitter.errors import NfmError, shown_name
 from ..fitter.factors import N_LOBES
 from . import material as materials
-from . import plot_icons
+from . import material_library, plot_icons
+from .direction_panel import draw_direction
 from .figures import facts, native_error_text, warnings
 from .lamps import BLIND_SAMPLINGS, lamps_without_size
 from .node_group import LOBE_SOCKETS
@@ -162,18 +163,22 @@ def _draw_lobes(
         solo, mute = item.nfm.solo[lobe], item.nfm.mute[lobe]
         row.prop(item.nfm, "solo", index=lobe, text="", icon="SOLO_ON" if solo else "SOLO_OFF")
         row.prop(item.nfm, "mute", index=lobe, text="", icon="HIDE_ON" if mute else "HIDE_OFF")
+    draw_direction(layout, item)
 
 
 def _draw_actions(layout: bpy.types.UILayout) -> None:
     column = layout.column(align=True)
     for names in (
         ("refit", "replace_measurement"),
-        ("reset_material", "export_parameters"),
+        ("reset_material",),
+        ("export_parameters", "export_measurement"),
         ("save_edits", "load_edits"),
     ):
         row = column.row(align=True)
         for name in names:
             row.operator(f"nfm.{name}")
+    if not material_library.registered():
+        column.operator("nfm.install_library")
 
 
 def _draw_plot(

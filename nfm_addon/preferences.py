@@ -12,6 +12,7 @@ from bpy.utils import register_classes_factory
 
 from .. import __package__ as base_package
 from ..fitter.quality import DEFAULT_QUALITY
+from . import material_library
 from .fit_options import quality_option
 
 
@@ -23,7 +24,8 @@ class NFM_AP_preferences(bpy.types.AddonPreferences):
     quality: quality_option("Quality that the import dialog starts with", "Default Quality")
     library_path: StringProperty(
         name="Library",
-        description="Folder in which presets are saved; empty: a folder of the add-on",
+        description="Folder in which presets and imported folders are saved; empty: a folder of "
+        "the add-on",
         subtype="DIR_PATH",
     )
     automatic_set_up: BoolProperty(
@@ -39,6 +41,15 @@ class NFM_AP_preferences(bpy.types.AddonPreferences):
         layout.prop(self, "quality")
         layout.prop(self, "library_path", placeholder=str(library_folder_by_default()))
         layout.prop(self, "automatic_set_up")
+        draw_library(layout)
+
+
+def draw_library(layout: bpy.types.UILayout) -> None:
+    """A button that installs the material library, or removes it once it is there."""
+    if material_library.registered():
+        layout.operator("nfm.remove_library", icon="X")
+    else:
+        layout.operator("nfm.install_library", icon="ASSET_MANAGER")
 
 
 # Where the add-on is enabled for a session only, as scripts do, Blender keeps no preferences.

@@ -18,7 +18,7 @@ from bpy.props import (
 )
 from bpy.utils import register_classes_factory
 
-from ..fitter.errors import NfmError
+from . import changes
 from .edit_properties import OVERRIDE, NFM_PG_edit
 
 SAMPLING_ITEMS = (
@@ -72,28 +72,13 @@ QUALITY_ITEMS = (
 
 
 def _sampling_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
-    from . import material
-
-    if not settings.parameters:
-        return
-    try:
-        material.change_sampling(settings.id_data)
-    except NfmError as error:
-        # an update callback cannot report; the shader stays as it was
-        print(f"nfm: {error}")  # noqa: T201
+    if settings.parameters:
+        changes.sampling.tell(settings.id_data)
 
 
 def _lobes_changed(settings: NFM_PG_material, _context: bpy.types.Context) -> None:
-    from . import editing, lobes
-
-    if not settings.parameters:
-        return
-    try:
-        group = editing.own_group(settings.id_data)
-    except NfmError as error:
-        print(f"nfm: {error}")  # noqa: T201
-        return
-    lobes.show(group, lobes.audible(settings.mute, settings.solo))
+    if settings.parameters:
+        changes.audible.tell(settings.id_data)
 
 
 class NFM_PG_material(bpy.types.PropertyGroup):
@@ -178,6 +163,17 @@ class NFM_PG_material(bpy.types.PropertyGroup):
         "a studio: dB, as displayed; from 45 on hardly anyone sees a difference",
         precision=1,
         override=OVERRIDE,
+    )
+    anisotropy_direction: FloatProperty(
+        name="Main Direction",
+        description="Where brush marks or the stronger threads lie, degrees counter-clockwise from "
+        "the tangent at a Rotation of 0",
+        precision=1,
+    )
+    anisotropy_strength: FloatProperty(
+        name="Anisotropy",
+        description="How much the main direction stands out: 0 not at all, or isotropic; 1 alone",
+        precision=2,
     )
     native_error: FloatProperty(
         name="Native Error",

@@ -61,7 +61,7 @@ def check_output(output: Path) -> str:
 def render_to_file(
     scene: bpy.types.Scene, output: Path, on_progress: Callable[[float], None] | None = None
 ) -> None:
-    """Render to .exr (32-bit, linear) or .png (8-bit, sRGB).
+    """Render to .exr (32-bit, linear) or .png (8-bit, sRGB), with alpha if the film is transparent.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def render_to_file(
     name = shown_name(output)
     settings = scene.render.image_settings
     settings.file_format = file_format
-    settings.color_mode = "RGB"
+    settings.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
     settings.color_depth = "32" if file_format == "OPEN_EXR" else "8"
     if file_format == "OPEN_EXR":
         settings.exr_codec = "ZIP"

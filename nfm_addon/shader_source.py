@@ -33,31 +33,26 @@ class Surface:
     error: BaseError | None = None
 
 
-def available_sampling(model: Factors, wanted: str) -> str:
-    """The sampling wanted, or reference where the kind of model does not have it."""
-    return wanted if wanted in generate.SAMPLINGS_OF[model.kind] else "reference"
-
-
 def new_surface(
     model: Factors,
     sampling: str,
     closures: Sequence[Closure] | None = None,
     *,
-    graded: bool = True,
+    draft: bool = False,
 ) -> Surface:
-    """Shader that renders the model; sampling is one that its kind has.
+    """Shader that renders the model with a sampling of generate.SAMPLINGS.
 
     closures : of the base lobes, which saves their selection
-    graded : with the error of the base lobes
+    draft : base lobes without their error, and of anisotropic models at fewer views
     """
     selection = _selection(model)
     surface_tables = _surface_tables(model, selection)
     albedo = selection[:, :-1].reshape(model.n_lobes, -1, 3)
     if sampling not in generate.BASE_SAMPLINGS:
         return Surface(generate.surface_shader(surface_tables, sampling), albedo)
-    base = fit_base_lobes(model, closures)
+    base = fit_base_lobes(model, closures, draft=draft)
     source = generate.surface_shader(surface_tables, sampling, _base_tables(base))
-    error = base_error(model, base) if graded else None
+    error = None if draft else base_error(model, base)
     return Surface(source, albedo, base.closures, error)
 
 
@@ -89,10 +84,14 @@ def _base_tables(base: BaseLobes) -> generate.BaseTables:
     return generate.BaseTables(
         kinds=[closure.kind for closure in base.closures],
         parameters=[closure.parameter for closure in base.closures],
+        across=[closure.alphas[1] for closure in base.closures],
         leans=[closure.lean for closure in base.closures],
+        tilts=[closure.tilt for closure in base.closures],
+        azimuths=[closure.azimuth for closure in base.closures],
         angles=_flat(base.theta_o),
+        n_azimuths=base.weights.shape[1],
         # the shader reads a column's three channels as one colour
-        weights=_flat(np.moveaxis(base.weights, 2, 3)),
+        weights=_flat(base.weights.swapaxes(3, 4)),
         picking=_flat(base.picking),
     )
 

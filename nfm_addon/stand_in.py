@@ -25,7 +25,9 @@ def put(group: bpy.types.ShaderNodeTree, model: Factors) -> StandIn:
     if FRAME not in group.nodes:
         _make_nodes(group, len(values.alpha))
     for lobe, (alpha, colors) in enumerate(zip(values.alpha, values.colors, strict=True), 1):
-        group.nodes[_name("Glossy", lobe)].inputs["Roughness"].default_value = float(np.sqrt(alpha))
+        roughness = group.nodes[_name("Glossy", lobe)].inputs["Roughness"]
+        if roughness.default_value != np.float32(np.sqrt(alpha)):
+            roughness.default_value = float(np.sqrt(alpha))
         _fill_ramp(group.nodes[_name("Colour", lobe)].color_ramp, values.cosines, colors)
     return values
 
@@ -86,14 +88,19 @@ def _make_nodes(group: bpy.types.ShaderNodeTree, n_lobes: int) -> None:
 
 
 def _fill_ramp(ramp: bpy.types.ColorRamp, cosines: np.ndarray, colors: np.ndarray) -> None:
+    """Write a ramp, of which only what is new: each number written updates the whole tree."""
     elements = ramp.elements
-    while len(elements) > len(colors):
-        elements.remove(elements[-1])
-    while len(elements) < len(colors):
-        elements.new(1.0)
-    # positions rise, and setting one never moves it past its neighbours if all start at the end
-    for element in elements:
-        element.position = 1.0
-    for index, (cosine, color) in enumerate(zip(cosines, colors, strict=True)):
-        elements[index].position = float(1 - cosine)
-        elements[index].color = (*map(float, color), 1.0)
+    positions = np.float32(1 - cosines).tolist()
+    if [element.position for element in elements] != positions:
+        while len(elements) > len(colors):
+            elements.remove(elements[-1])
+        while len(elements) < len(colors):
+            elements.new(1.0)
+        # they rise, and setting one never moves it past its neighbours if all start at the end
+        for element in elements:
+            element.position = 1.0
+        for element, position in zip(elements, positions, strict=True):
+            element.position = position
+    for element, color in zip(elements, np.float32(colors).tolist(), strict=True):
+        if tuple(element.color) != (*color, 1.0):
+            element.color = (*color, 1.0)

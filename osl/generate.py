@@ -20,8 +20,6 @@ from string import Template
 # kernels. reference: mirrors in random directions of the factors. cosine: the naive baseline.
 SAMPLINGS = ("native", "smooth", "exact", "reference", "cosine")
 BASE_SAMPLINGS = ("native", "smooth", "exact")
-# Anisotropic models have no base lobes yet.
-SAMPLINGS_OF = {"isotropic": SAMPLINGS, "anisotropic": ("reference", "cosine")}
 
 # Candidates per shading point (docs/RESULTS.md, Sampling); native has none.
 DEFAULT_CANDIDATES = {"native": 0, "smooth": 2, "exact": 2, "reference": 4, "cosine": 1}
@@ -31,6 +29,8 @@ DEFAULT_CANDIDATES = {"native": 0, "smooth": 2, "exact": 2, "reference": 4, "cos
 CLOSURE_SLOTS = 64
 SLOTS = {"ggx": 2, "beckmann": 2, "phong_ramp": 3, "diffuse_ramp": 3}
 KINDS = ("ggx", "beckmann", "phong_ramp", "diffuse_ramp")
+# Numbers that every closure has, in the order of the shader's parameters.
+PER_CLOSURE = ("parameters", "across", "leans", "tilts", "azimuths")
 COLUMNS = {"ggx": 2, "beckmann": 2, "phong_ramp": 8, "diffuse_ramp": 8}
 
 # How many kernels of the residual fit into the solid angle that one direction stands for: so many
@@ -100,16 +100,24 @@ class BaseTables:
     """The base lobes, flat and in the order that the shader indexes them.
 
     kinds : one of KINDS for each closure
-    parameters, leans : alpha or exponent, and lean, for each closure
+    parameters : alpha along the tangent, or exponent, of each closure
+    across : alpha across the tangent
+    leans, tilts : of the normals of ramps, as fitter/closures.py has them
+    azimuths : of tangents and tilted normals, radians
     angles : view angles of the weights, radians, rising
-    weights : angle by angle, lobe by lobe, column by column, channels within
-    picking : angle by angle, lobe by lobe, closure by closure
+    n_azimuths : how many azimuths of the viewer there are for each of the angles
+    weights : view by view, lobe by lobe, column by column, channels within
+    picking : view by view, lobe by lobe, closure by closure
     """
 
     kinds: Sequence[str]
     parameters: Sequence[float]
+    across: Sequence[float]
     leans: Sequence[float]
+    tilts: Sequence[float]
+    azimuths: Sequence[float]
     angles: Sequence[float]
+    n_azimuths: int
     weights: Sequence[float]
     picking: Sequence[float]
 
@@ -129,18 +137,17 @@ def surface_shader(
 ) -> str:
     """OSL source of the surface shader.
 
-    sampling : one of SAMPLINGS_OF[tables.kind]
+    sampling : one of SAMPLINGS
     base : needed for BASE_SAMPLINGS, not used by the others
 
     Raises
     ------
     ValueError
-        A table has the wrong size or a number is not finite, or the kind of model does not have
-        the sampling, or it lacks its base.
+        A table has the wrong size or a number is not finite, or there is no such sampling, or it
+        lacks its base.
     """
-    samplings = SAMPLINGS_OF[tables.kind]
-    if sampling not in samplings:
-        raise ValueError(f"sampling {sampling!r}, expected one of {', '.join(samplings)}")
+    if sampling not in SAMPLINGS:
+        raise ValueError(f"sampling {sampling!r}, expected one of {', '.join(SAMPLINGS)}")
     _check_sizes({"diffuse_albedo": 3, "scale": 9}, vars(tables))
     _check_sizes(TABLES[tables.kind], tables.tables)
     if sampling not in BASE_SAMPLINGS:
@@ -189,8 +196,9 @@ def _base_definitions(base: BaseTables, sampling: str) -> str:
     definitions = _template("base").substitute(
         n_closures=len(base.kinds),
         n_columns=base.n_columns,
-        n_angles=len(base.angles),
-        n_weights=len(base.weights) // 3,
+        n_rows=len(base.angles),
+        n_azimuths=base.n_azimuths,
+        n_weights=len(base.weights),
         n_picking=len(base.picking),
     )
     if sampling == "native":
@@ -214,11 +222,11 @@ def _base_specular(base: BaseTables, sampling: str) -> str:
 
 def _base_parameters(base: BaseTables) -> str:
     n_closures, n_angles = len(base.kinds), len(base.angles)
+    n_views = n_angles * base.n_azimuths
     sizes = {
-        "parameters": n_closures,
-        "leans": n_closures,
-        "weights": n_angles * 9 * base.n_columns,
-        "picking": n_angles * 3 * n_closures,
+        **dict.fromkeys(PER_CLOSURE, n_closures),
+        "weights": n_views * 9 * base.n_columns,
+        "picking": n_views * 3 * n_closures,
     }
     _check_sizes(sizes, vars(base))
     if base.slots + SLOTS["phong_ramp"] > CLOSURE_SLOTS:
@@ -226,10 +234,12 @@ def _base_parameters(base: BaseTables) -> str:
     kinds = ", ".join(str(KINDS.index(kind)) for kind in base.kinds)
     return (
         f"    int    closure_kinds[{n_closures}] = {{{kinds}}},\n"
-        f"    float  closure_parameters[{n_closures}] = {{{_numbers(base.parameters)}}},\n"
-        f"    float  closure_leans[{n_closures}] = {{{_numbers(base.leans)}}},\n"
-        f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
-        f"    color  base_weights[{len(base.weights) // 3}] = {{{_colors(base.weights)}}},\n"
+        + "".join(
+            f"    float  closure_{name}[{n_closures}] = {{{_numbers(getattr(base, name))}}},\n"
+            for name in PER_CLOSURE
+        )
+        + f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
+        f"    float  base_weights[{len(base.weights)}] = {{{_numbers(base.weights)}}},\n"
         f"    float  base_picking[{len(base.picking)}] = {{{_numbers(base.picking)}}},\n"
     )
 

@@ -2,7 +2,8 @@
 
 A Blender is given with --blender PATH and runs on the present display or, where there is none, on a
 virtual one (Xvfb). Without it, the window kept by the tool beside the checkout serves, which is set
-up in NFM_WINDOW_ROOT when it is first needed. tests/window/session.py is what happens there.
+up in NFM_WINDOW_ROOT when it is first needed. What happens there is a session:
+tests/window/session.py, or --session NAME for another one of that folder.
 """
 
 import argparse
@@ -25,6 +26,9 @@ from .messages import SetupError, say
 
 WINDOW_TOOL = CHECKOUT.parent / "shared" / "tools" / "blender_window.sh"
 WINDOW_ROOT = Path(os.environ.get("NFM_WINDOW_ROOT", "/var/tmp/window"))
+
+# Files of tests/window: an artist with a measured file, and the material library.
+SESSIONS = ("session", "library", "curves")
 
 SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
 FITTED = "third.nfm.json"
@@ -146,7 +150,7 @@ def main(arguments: list[str]) -> int:
                 return 0
             return FAILED
         try:
-            status = _run(launcher, project)
+            status = _run(launcher, project, options.session)
         except (SetupError, subprocess.TimeoutExpired) as error:
             say(str(error))
             status = FAILED
@@ -161,6 +165,9 @@ def main(arguments: list[str]) -> int:
 def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="nfm ui-test", description=__doc__)
     parser.add_argument("--blender", type=Path, metavar="PATH", help="a full Blender, 4.5 or later")
+    parser.add_argument(
+        "--session", choices=SESSIONS, default=SESSIONS[0], help="which part; default: session"
+    )
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="keep the screenshots here")
     parser.add_argument("--time-limit", type=int, metavar="SECONDS", default=SECONDS)
     parser.add_argument(
@@ -171,7 +178,7 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _run(launcher: Launcher, project: Path) -> int:
+def _run(launcher: Launcher, project: Path, session: str) -> int:
     package = build_package(project)
     _write_samples(project)
     for script in (CHECKOUT / "tests" / "window").glob("*.py"):
@@ -184,7 +191,7 @@ def _run(launcher: Launcher, project: Path) -> int:
     say("a session in the window")
     return launcher.run(
         *("--enable-event-simulate", "--python-expr", FRESH_SETTINGS),
-        *("--python", f"{inside}/session.py", "--", inside),
+        *("--python", f"{inside}/{session}.py", "--", inside),
     )
 
 

@@ -38,19 +38,20 @@ VERBS = {
     ),
     "export": Verb(
         "write fitted parameters as a MERL or UTIA file",
-        _module("fitter", "export"),
-        loads_blender=False,
+        _module("runner.blender", "export"),
     ),
     "eval": Verb("evaluate fitted parameters", _module("runner.blender", "eval")),
     "render": Verb("render the standard sphere", _module("runner.blender", "render")),
     "compare": Verb("fit other models too, and report", _module("compare"), extras=("report",)),
     "bench": Verb("print the tables of figures", _module("benchmarks"), extras=("report",)),
+    "library": Verb("make the material library from its sources", _module("runner.library")),
     "build": Verb("build the extension's zip, with its wheels", _module("runner.package")),
     "test": Verb(
         "run ruff, then pytest on both Blender versions",
         _module("runner.checks"),
         extras=("report", "dask"),
     ),
+    "fuzz": Verb("feed spoiled files to the readers", _module("tests.fuzz"), loads_blender=False),
     "ui-test": Verb("try the add-on in a real window", _module("runner.ui_test")),
     "python": Verb("run the environment's interpreter", ()),
 }

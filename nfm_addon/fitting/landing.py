@@ -42,6 +42,7 @@ class NewMaterial:
     targets: list[int]
     as_asset: bool = False
     wants_draft: bool = True
+    output: None = None
     _token: str = field(default_factory=lambda: secrets.token_hex(8))
     _assignments: list[assignment.Assignment] = field(default_factory=list)
     _has_landed: bool = False
@@ -69,6 +70,11 @@ class NewMaterial:
     def is_assigned(self) -> bool:
         """Whether an object has taken the material."""
         return bool(self._assignments)
+
+    def fail(self, _message: str) -> str:
+        """Remove the draft."""
+        self.abandon()
+        return "ERROR"
 
     def abandon(self) -> None:
         """Remove the draft, now and whenever undo brings it back."""
@@ -138,6 +144,7 @@ class ExistingMaterial:
     path: str
     title: str
     wants_draft: bool = False
+    output: None = None
 
     def final(self, result: FitResult) -> str:
         """Replace the model."""
@@ -148,6 +155,10 @@ class ExistingMaterial:
         found.nfm.source_path = self.path
         undo.push(self.title)
         return rpt_("{:s} has the model of {:s}").format(found.name, result.fitted.name)
+
+    def fail(self, _message: str) -> str:
+        """Nothing was changed."""
+        return "ERROR"
 
     def abandon(self) -> None:
         """Nothing was changed."""

@@ -21,7 +21,7 @@ from queue import Empty, SimpleQueue
 import bpy
 import numpy as np
 
-from ...fitter.job import Event, Request
+from ...fitter.job import FINAL, KEPT, Event, Request
 
 EXTENSION = Path(__file__).resolve().parents[2]
 
@@ -45,10 +45,16 @@ class FitProcess:
     """
 
     def __init__(
-        self, path: str, quality: str, *, draft: bool, encoding: str | None = None
+        self,
+        path: str,
+        quality: str,
+        *,
+        draft: bool,
+        encoding: str | None = None,
+        output: str | None = None,
     ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="nfm-", dir=bpy.app.tempdir))
-        request = Request(path, quality, draft, str(self.folder), encoding)
+        request = Request(path, quality, draft, str(self.folder), encoding, output)
         packages = Path(np.__file__).resolve().parents[1]
         # bytecode halves the time of the imports; where Blender writes none, nor does this
         flags = ["-I", *(["-B"] if sys.dont_write_bytecode else [])]
@@ -72,7 +78,7 @@ class FitProcess:
         self._reader.start()
 
     def events(self) -> list[Event]:
-        """What has happened since the last call; the last event is "final" or "error"."""
+        """What has happened since the last call; the last event is "final", "kept" or "error"."""
         events = []
         while True:
             try:
@@ -93,7 +99,7 @@ class FitProcess:
         for line in self._process.stdout:
             event = Event(**json.loads(line))
             self._events.put(event)
-        if event is None or event.kind not in ("final", "error"):
+        if event is None or event.kind not in (FINAL, KEPT, "error"):
             status = self._process.wait()
             message = f"the fitter ended unexpectedly with status {status}{self._last_words()}"
             self._events.put(Event("error", message, 1.0))

@@ -20,7 +20,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...fitter import parameter_file
 from ...fitter.errors import NfmError, shown_name
-from ...fitter.job import DRAFT, FINAL, ICON_FILE, SLICES_FILE, Event
+from ...fitter.job import DRAFT, FINAL, ICON_FILE, KEPT, SLICES_FILE, Event
 from ...fitter.parameter_file import FittedMaterial
 from .process import FitProcess
 
@@ -36,17 +36,20 @@ class FitResult:
 
     slices : fitter.slices.measured_slices of the data, if it was at hand
     icon : fitter.icon.material_icon, if it was made
+    kept : whether it had been there before
     """
 
     fitted: FittedMaterial
     slices: np.ndarray | None = None
     icon: np.ndarray | None = None
+    kept: bool = False
 
 
 class Landing(Protocol):
     """Where the result of a fit goes."""
 
     wants_draft: bool
+    output: str | None  # as in job.Request
 
     def draft(self, result: FitResult) -> None:
         """Show a first result, if wants_draft. May raise NfmError."""
@@ -54,8 +57,11 @@ class Landing(Protocol):
     def final(self, result: FitResult) -> str:
         """Show the result, in place of the draft; returns a message. May raise NfmError."""
 
+    def fail(self, message: str) -> str:
+        """Undo what the draft did; returns the level of what is reported, as Operator.report."""
+
     def abandon(self) -> None:
-        """Undo what the draft did."""
+        """Undo what the draft did: the fit was cancelled."""
 
 
 @dataclass(eq=False)
@@ -132,7 +138,11 @@ class FitQueue:
     def _start(self, job: Job) -> None:
         try:
             job.process = FitProcess(
-                job.path, job.quality, draft=job.landing.wants_draft, encoding=job.encoding
+                job.path,
+                job.quality,
+                draft=job.landing.wants_draft,
+                encoding=job.encoding,
+                output=job.landing.output,
             )
         except OSError as error:
             self._fail(job, rpt_("Python could not be started ({:s})").format(str(error)))
@@ -145,8 +155,8 @@ class FitQueue:
             if event.kind == DRAFT:
                 job.step = "Draft"
                 job.landing.draft(FitResult(parameter_file.load(event.text)))
-            elif event.kind == FINAL:
-                result = _result(event.text)
+            elif event.kind in (FINAL, KEPT):
+                result = _result(event)
                 self._end(job)
                 self.messages.append(("INFO", job.landing.final(result)))
             elif event.kind == "error":
@@ -156,8 +166,7 @@ class FitQueue:
 
     def _fail(self, job: Job, message: str) -> None:
         self._end(job)
-        job.landing.abandon()
-        self.messages.append(("ERROR", message))
+        self.messages.append((job.landing.fail(message), message))
 
     def _end(self, job: Job) -> None:
         if job in self.jobs:
@@ -167,13 +176,14 @@ class FitQueue:
             job.process = None
 
 
-def _result(path: str) -> FitResult:
-    folder = Path(path).parent
+def _result(event: Event) -> FitResult:
+    folder = Path(event.text).parent
     slices = folder / SLICES_FILE
     return FitResult(
-        parameter_file.load(path),
+        parameter_file.load(event.text),
         slices=np.load(slices) if slices.exists() else None,
         icon=np.load(folder / ICON_FILE),
+        kept=event.kind == KEPT,
     )
 
 

@@ -6,14 +6,18 @@ from bpy.utils import register_submodule_factory
 register, unregister = register_submodule_factory(
     __name__,
     (
+        "align_brushing",
         "apply_edits",
         "blend_with",
         "cancel_fit",
         "copy_edits",
         "edit_presets",
+        "export_measurement",
         "export_parameters",
         "give_lamps_size",
+        "import_folder",
         "import_measurement",
+        "install_library",
         "make_editable",
         "refit",
         "reset_edits",

@@ -15,10 +15,10 @@ from ...fitter import parameter_file
 from ...fitter.errors import ParameterFileError, shown_name
 from .. import editing
 from ..preferences import library_folder
-from .measured_material import EditOperator, active_material
+from .measured_material import EditOperator, MaterialOperator, active_material
 
 
-class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
+class NFM_OT_save_edits(MaterialOperator, bpy.types.Operator, ExportHelper):
     """bpy.ops.nfm.save_edits(filepath=...)."""
 
     bl_idname = "nfm.save_edits"
@@ -44,7 +44,7 @@ class NFM_OT_save_edits(EditOperator, bpy.types.Operator, ExportHelper):
             self.filepath = str(library_folder(context) / f"{name}{parameter_file.SUFFIX}")
         return ExportHelper.invoke(self, context, event)
 
-    def change(self, _context: bpy.types.Context, material: bpy.types.Material) -> str:
+    def act(self, _context: bpy.types.Context, material: bpy.types.Material) -> str:
         path = bpy.path.abspath(self.filepath)
         fitted = editing.fitted_material(material)
         edits = editing.document_of(material)

@@ -37,20 +37,30 @@ class OwnMaterialOperator:
         return True
 
 
-class EditOperator(OwnMaterialOperator):
-    """Changes the active measured material and brings its shader up to date.
+class MaterialOperator(OwnMaterialOperator):
+    """Does something with the active measured material.
 
-    A subclass has change(context, material), which returns a message for the user or None.
+    A subclass has act(context, material), which returns a message for the user or None.
     """
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        material = active_material(context)
         try:
-            message = self.change(context, material)
-            editing.refresh(material)
+            message = self.act(context, active_material(context))
         except NfmError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if message:
             self.report({"INFO"}, message)
         return {"FINISHED"}
+
+
+class EditOperator(MaterialOperator):
+    """Changes the active measured material and brings its shader up to date.
+
+    A subclass has change(context, material), which returns a message for the user or None.
+    """
+
+    def act(self, context: bpy.types.Context, material: bpy.types.Material) -> str | None:
+        message = self.change(context, material)
+        editing.refresh(material)
+        return message

@@ -7,19 +7,17 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.utils import register_classes_factory
 
-from ...fitter.curves import CURVES, FRESNEL_CURVES
 from ...fitter.edits import Sliders
 from .. import editing
 from ..edit_properties import set_sliders
+from ..editing.parts import CURVE_PARTS, curve_part
 from .measured_material import EditOperator
 
-SHAPES = tuple(name for name in CURVES if name not in FRESNEL_CURVES)
 RESET_ITEMS = (
     ("ALL", "All", "Every curve and slider"),
     ("CURVES", "Curves", "Every curve; sliders stay"),
     ("SLIDERS", "Sliders", "Every slider; curves stay"),
-    *((name, name, "One curve") for name in SHAPES),
-    ("F", "F", "The colour curves"),
+    *((name, name, "One curve; F are all four colour curves") for name in CURVE_PARTS),
 )
 
 
@@ -48,7 +46,7 @@ class NFM_OT_reset_edits(EditOperator, bpy.types.Operator):
         if self.what in ("ALL", "CURVES"):
             editing.reset_curves(material)
         elif self.what != "SLIDERS":
-            editing.reset_curves(material, FRESNEL_CURVES if self.what == "F" else (self.what,))
+            editing.reset_curves(material, tuple(curve_part(self.what).curves.values()))
 
 
 class NFM_OT_keep_energy(EditOperator, bpy.types.Operator):

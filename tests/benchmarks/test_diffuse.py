@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks import diffuse, planted
 from fitter import weights
-from fitter.albedo import AlbedoError
+from fitter.appearance import AppearanceError
 from fitter.problem import Problem
 
 
@@ -29,9 +29,9 @@ def test_a_model_of_this_kind_is_a_perfect_fit(make_measurement, named_weight):
     )
     assert problem.objective_of(model) < 2e-5
     assert Problem(measurement, n_angles=720).objective_of(model) > 1e-3
-    albedo = diffuse.ashikhmin_albedo(diffuse.divided(measurement))
-    assert albedo.value(model) < 1e-12
-    assert AlbedoError.of(measurement).value(model) > 1e-3
+    appearance = diffuse.ashikhmin_appearance(diffuse.divided(measurement), 1)
+    assert appearance.value(model) < 1e-12
+    assert AppearanceError.of(measurement, 1).value(model) > 1e-3
 
 
 def test_weight_is_that_of_the_undivided_values():

@@ -28,6 +28,19 @@ def test_dielectric_is_recovered(alpha):
     assert matched.error < 1e-3
 
 
+@pytest.mark.parametrize(("along", "across", "rotation"), [(0.3, 0.12, 0.0), (0.1, 0.25, 0.25)])
+def test_two_alphas_are_recovered(along, across, rotation):
+    def f_r(wi, wo):
+        ggx = Closure("ggx", along, across=across).columns(wi, wo[0]).sum(0) / wi[:, 2]
+        return F0 * ggx[:, None] + 0.2 / np.pi
+
+    matched = principled_node.match(f_r, directed=True)
+    assert matched.roughness**4 == pytest.approx(along * across, rel=1e-2)
+    ratio = min(along, across) / max(along, across)
+    assert 1 - 0.9 * matched.anisotropic == pytest.approx(ratio, rel=1e-2)
+    assert matched.rotation == rotation
+
+
 def test_what_has_no_lambert_is_metallic():
     f0 = np.array([0.8, 0.6, 0.3])
     matched = principled_node.match(planted(0.1, (0, 0, 0), f0))

@@ -61,4 +61,4 @@ def test_selection_is_the_albedo(model):
     assert table.shape == (model.n_lobes, *SELECTION_GRID, 3)
     views = unit_vectors(np.radians([0, 42, 42, 72]), np.radians([0, 0, 105, 300]))
     found = table[:, [0, 7, 7, 12], [0, 0, 7, 20]]
-    np.testing.assert_allclose(np.moveaxis(found, 0, 1), lobe_albedo(model, views), rtol=1e-9)
+    np.testing.assert_allclose(np.moveaxis(found, 0, 1), lobe_albedo(model, views), rtol=0.03)

@@ -5,13 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitter.base_error import N_RINGS, base_error, studio
-from fitter.base_lobes import VIEW_ANGLES, BaseLobes, fit_base_lobes
+from fitter.base_error import N_RINGS, base_error, sphere_points, studio
+from fitter.base_lobes import BaseLobes, fit_base_lobes
 from fitter.closures import Closure
 from fitter.quadrature import view_quadrature
 from fitter.sphere import rendered_psnr
-from tests.models import MODELS
+from fitter.view_grid import FIT_GRIDS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
+VIEW_ANGLES = np.array(FIT_GRIDS["isotropic"].theta_o)
 GLOSSY = (Closure("ggx", 0.2), Closure("phong_ramp", 3.0))
 
 
@@ -21,6 +23,7 @@ class Same:
 
     base: BaseLobes
     diffuse: np.ndarray
+    kind: str = "isotropic"
 
     def lobe_values(self, wi, wo):
         return (self.base.value(wi, wo[0]) / wi[:, 2:])[None]
@@ -37,7 +40,7 @@ def model(base):
 
 
 def scaled(base, factor):
-    """factor broadcasts over (nodes, lobes, channels, columns)."""
+    """factor broadcasts over (rows, azimuths, lobes, channels, columns)."""
     return replace(base, weights=base.weights * factor)
 
 
@@ -90,9 +93,9 @@ def test_errors_of_all_channels_count(model, base):
 
 def test_differences_do_not_cancel_over_directions():
     """Too much here and too little there: a picture may hide it, the directions do not."""
-    weights = np.full((len(VIEW_ANGLES), 1, 3, 4), 0.5)
+    weights = np.full((len(VIEW_ANGLES), 1, 1, 3, 4), 0.5)
     closures = (Closure("ggx", 0.1), Closure("ggx", 0.4))
-    base = BaseLobes(closures, VIEW_ANGLES, weights, np.zeros((len(VIEW_ANGLES), 1, 2)))
+    base = BaseLobes(closures, VIEW_ANGLES, weights, np.zeros((len(VIEW_ANGLES), 1, 1, 2)))
     error = base_error(Same(base, np.zeros(3)), scaled(base, [1.2, 1.2, 0.8, 0.8]), uniform)
     assert 0.05 < error.directional < 0.2
     assert error.image < 0.2 * error.directional
@@ -160,8 +163,8 @@ def test_light_from_behind_shows_at_the_edge_only(model, base):
     def before(directions):
         return behind(-directions)
 
-    middle = np.where(base.theta_o < np.radians(30), 0.5, 1)[:, None, None, None]
-    edge = np.where(base.theta_o > np.radians(60), 0.5, 1)[:, None, None, None]
+    middle = np.where(base.theta_o < np.radians(30), 0.5, 1)[:, None, None, None, None]
+    edge = np.where(base.theta_o > np.radians(60), 0.5, 1)[:, None, None, None, None]
     assert base_error(model, scaled(base, middle), behind).image < 1e-15
     assert base_error(model, scaled(base, edge), behind).image > 0.2
     assert base_error(model, scaled(base, middle), before).image > 0.02
@@ -229,3 +232,42 @@ def test_the_studio():
     assert 0.02 < ((brightness > 3) & (brightness < 20)).mean() < 0.06
     # grids of directions too
     assert (studio(directions.reshape(200, 200, 3)) == radiance.reshape(200, 200, 3)).all()
+
+
+# ---- materials with a direction ----
+
+
+def test_tangents_are_increasing_longitude():
+    for point in sphere_points(4, 6):
+        (frame,) = point.frames
+        tangent, bitangent, normal = frame
+        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+        assert np.cross(tangent, bitangent) @ normal == pytest.approx(1)
+        # about the upward axis, y: level, and counter-clockwise seen from above
+        assert tangent[1] == pytest.approx(0, abs=1e-12)
+        assert np.cross([0, 1, 0], normal) @ tangent > 0
+        # the quadrature's viewer is the sphere's
+        np.testing.assert_allclose(frame @ [0, 0, 1.0], point.view.wo, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def directed():
+    model = ANISOTROPIC_MODELS["brushed"]
+    closures = (Closure("ggx", 0.2, across=0.4), Closure("phong_ramp", 8.0))
+    return fit_base_lobes(model, closures, draft=True)
+
+
+@pytest.mark.parametrize("factor", [1.1, 0.7])
+def test_error_of_a_directed_base_that_is_too_bright_or_too_dark(factor, directed):
+    error = base_error(Same(directed, np.zeros(3), "anisotropic"), scaled(directed, factor))
+    assert error.directional == pytest.approx(abs(factor - 1), rel=1e-9)
+    assert error.image == pytest.approx(abs(factor - 1), rel=1e-9)
+
+
+def test_wrong_direction_shows_in_the_picture(directed):
+    """A base whose tangents are off by a quarter turn is seen."""
+    lobe, ramp = directed.closures
+    turned = replace(directed, closures=(replace(lobe, azimuth=np.pi / 2), ramp))
+    model = Same(directed, np.zeros(3), "anisotropic")
+    assert base_error(model, directed).image < 1e-12
+    assert base_error(model, turned).image > 0.05

@@ -5,10 +5,14 @@ import numpy as np
 import pytest
 
 from fitter import base_lobes
-from fitter.base_lobes import CATALOGUE, N_CLOSURES, VIEW_ANGLES, fit_base_lobes, select_closures
+from fitter.base_catalogue import CATALOGUE, catalogue
+from fitter.base_lobes import N_CLOSURES, fit_base_lobes, select_closures
 from fitter.closures import Closure
 from fitter.quadrature import view_quadrature
-from tests.models import MODELS, make
+from fitter.view_grid import DRAFT_GRIDS, FIT_GRIDS
+from tests.models import ANISOTROPIC_MODELS, MODELS, make
+
+VIEW_ANGLES = np.array(FIT_GRIDS["isotropic"].theta_o)
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,7 @@ class Planted:
 
     lobes: tuple
     diffuse: np.ndarray
+    kind: str = "isotropic"
 
     def lobe_values(self, wi, wo):
         value = np.zeros((len(self.lobes), len(wi), 3))
@@ -86,14 +91,14 @@ def error(model, base, theta_o, tints=None):
 def test_closures_of_the_dictionary_are_found_again():
     base = fit_base_lobes(PLANTED, DICTIONARY)
     assert base.closures == DICTIONARY
-    assert base.weights.shape == (len(VIEW_ANGLES), 3, 3, 2 + 8 + 2 + 8 + 2)
+    assert base.weights.shape == (len(VIEW_ANGLES), 1, 3, 3, 2 + 8 + 2 + 8 + 2)
     for theta_o in VIEW_ANGLES[::2]:
         assert error(PLANTED, base, theta_o) < 2e-3
     # each lobe for itself, too
     oblique = base.theta_o > np.radians(62)  # further up F90 is not determined
     for lobe, first in enumerate((0, 10, 12 + 8)):
         (_, expected), *_ = PLANTED.lobes[lobe]
-        found = base.weights[oblique][:, lobe, :, first : first + 2]
+        found = base.weights[oblique][:, 0, lobe, :, first : first + 2]
         np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.1)
         tints = np.zeros((3, 3))
         tints[lobe] = 1
@@ -237,19 +242,25 @@ def test_scaling_a_model_scales_its_weights(bases):
 
 def test_value_between_the_nodes_is_linear_in_the_angle(bases):
     base = bases["metal"]
+    nodes = base.weights[:, 0]
+    largest = np.abs(nodes).max()
+
+    def found(theta):
+        return base.weights_at(np.array([np.sin(theta), 0, np.cos(theta)])) / largest
+
     left, right = VIEW_ANGLES[10], VIEW_ANGLES[11]
-    np.testing.assert_array_equal(base.weights_at(left), base.weights[10])
-    np.testing.assert_allclose(base.weights_at(right), base.weights[11], rtol=1e-12)
-    expected = 0.7 * base.weights[10] + 0.3 * base.weights[11]
-    np.testing.assert_allclose(base.weights_at(0.7 * left + 0.3 * right), expected, rtol=1e-9)
+    np.testing.assert_allclose(found(left), nodes[10] / largest, atol=1e-12)
+    np.testing.assert_allclose(found(right), nodes[11] / largest, atol=1e-12)
+    expected = 0.7 * nodes[10] + 0.3 * nodes[11]
+    np.testing.assert_allclose(found(0.7 * left + 0.3 * right), expected / largest, atol=1e-12)
     # constant beyond the first and the last
-    np.testing.assert_allclose(base.weights_at(0.0), base.weights[0], rtol=1e-12)
-    np.testing.assert_allclose(base.weights_at(np.pi / 2), base.weights[-1], rtol=1e-12)
+    np.testing.assert_allclose(found(0.0), nodes[0] / largest, atol=1e-12)
+    np.testing.assert_allclose(found(np.pi / 2), nodes[-1] / largest, atol=1e-12)
 
 
 def test_value_is_that_of_the_closures(bases, directions):
     base = bases["matte"]
-    weights = base.weights_at(0.8).sum(0)
+    weights = base.weights_at(WO).sum(0)
     expected, column = np.zeros((len(directions), 3)), 0
     for closure in base.closures:
         for row in closure.columns(directions, WO):
@@ -303,18 +314,18 @@ def test_same_model_gives_the_same_base(bases):
 
 def test_picking_is_for_ramps_alone(bases, name):
     base = bases[name]
-    assert base.picking.shape == (len(VIEW_ANGLES), 3, N_CLOSURES)
+    assert base.picking.shape == (len(VIEW_ANGLES), 1, 3, N_CLOSURES)
     ramp = np.array([closure.signed for closure in base.closures])
     assert (base.picking >= 0).all()
     assert not base.picking[..., ~ramp].any()
     assert base.picking[..., ramp].any()
     # a share of light
-    assert base.picking.sum((1, 2)).max() < 1
+    assert base.picking.sum((2, 3)).max() < 1
 
 
 def test_picking_without_ramps_is_zero():
     base = fit_base_lobes(MODELS["matte"], [Closure("ggx", 0.3), Closure("beckmann", 0.5)])
-    assert base.picking.shape == (len(VIEW_ANGLES), 3, 2)
+    assert base.picking.shape == (len(VIEW_ANGLES), 1, 3, 2)
     assert not base.picking.any()
 
 
@@ -325,14 +336,15 @@ def test_picking_is_the_albedo_of_what_follows_the_density():
     @dataclass(frozen=True)
     class Proportional:
         diffuse: np.ndarray
+        kind: str = "isotropic"
 
         def lobe_values(self, wi, wo):
             grey = 0.3 * ramp.density(wi, wo[0]) / wi[:, 2]
             return grey[None, :, None] * [0.5, 1.0, 1.5]
 
     base = fit_base_lobes(Proportional(np.zeros(3)), [other, ramp])
-    np.testing.assert_allclose(base.picking[:, 0, 1], 0.3, rtol=2e-2)
-    np.testing.assert_allclose(base.picking[:, 0, 0], 0, atol=1e-2)
+    np.testing.assert_allclose(base.picking[:, 0, 0, 1], 0.3, rtol=2e-2)
+    np.testing.assert_allclose(base.picking[:, 0, 0, 0], 0, atol=1e-2)
 
 
 def test_what_microfacets_cover_is_not_picked_by_ramps():
@@ -356,7 +368,7 @@ def test_diffuse_ramps_have_no_colour_at_the_horizon(bases):
     closures = (Closure("ggx", 0.2), Closure("diffuse_ramp"), Closure("phong_ramp", 3))
     base = fit_base_lobes(MODELS["velvet"], closures)
     assert not base.weights[..., 2].any()
-    assert (np.abs(base.weights[5]).max((0, 1))[3:] > 0).all()
+    assert (np.abs(base.weights[5]).max((0, 1, 2))[3:] > 0).all()
 
 
 @pytest.mark.filterwarnings("error")
@@ -378,4 +390,133 @@ def test_lobes_and_channels_without_light_have_no_weights():
     base = fit_base_lobes(EXTREMES["one channel"])
     dark = np.ones((3, 3), bool)
     dark[1, 0] = False
-    assert np.abs(base.weights[:, dark]).max() < 1e-6 * np.abs(base.weights).max()
+    assert np.abs(base.weights[:, 0, dark]).max() < 1e-6 * np.abs(base.weights).max()
+
+
+# ---- materials with a direction ----
+
+BRUSHED = ANISOTROPIC_MODELS["brushed"]
+
+
+@pytest.fixture(scope="module")
+def directed():
+    return {name: fit_base_lobes(model) for name, model in ANISOTROPIC_MODELS.items()}
+
+
+def directed_error(model, base, theta_o, phi_o, tints=None):
+    """As error, for a view from an azimuth."""
+    view = view_quadrature(theta_o, 60, 70, 2 * np.pi).turned(phi_o)
+    lobes = model.lobe_values(view.wi, np.broadcast_to(view.wo, view.wi.shape))
+    if tints is not None:
+        lobes = lobes * tints[:, None, :]
+    exact = lobes.sum(0) * view.wi[:, 2:]
+    difference = np.abs(base.value(view.wi, view.wo, tints) - exact)
+    return (difference.sum(1) @ view.solid_angle) / (exact.sum(1) @ view.solid_angle)
+
+
+# Between the nodes of the table, degrees.
+BETWEEN = [(4, 10), (20, 97), (41, 187), (57, 293), (71, 350)]
+
+
+@pytest.mark.parametrize("name", ANISOTROPIC_MODELS)
+def test_error_of_directed_models(directed, name):
+    model, base = ANISOTROPIC_MODELS[name], directed[name]
+    grid = FIT_GRIDS["anisotropic"]
+    columns = sum(c.n_columns for c in base.closures)
+    assert base.weights.shape == (len(grid.theta_o), grid.n_phi, 3, 3, columns)
+    errors = [directed_error(model, base, *np.radians(view)) for view in BETWEEN]
+    assert max(errors) < 0.1
+    assert np.mean(errors) < 0.06
+    tints = np.array([[0.5, 0.5, 0.5], [0.0, 0.0, 0.0], [3.0, 1.0, 0.2]])
+    assert directed_error(model, base, *np.radians(BETWEEN[2]), tints) < 0.15
+
+
+def test_directed_closures_are_found_again():
+    """A lobe about a tangent of its own, and a ramp about a normal of its own."""
+    lobe = Closure("ggx", 0.15, across=0.4, azimuth=0.6)
+    ramp = Closure("phong_ramp", 12, tilt=0.3, azimuth=-1.0)
+    numbers = np.full((3, 8), 0.1)
+    model = Planted(
+        (microfacet("ggx", 0.6, (0.2,) * 3, (0.3,) * 3), [(lobe, np.full((3, 2), 0.4))]),
+        np.zeros(3),
+        kind="anisotropic",
+    )
+    model = replace(model, lobes=(*model.lobes, [(ramp, numbers)]))
+    base = fit_base_lobes(model, (Closure("ggx", 0.6), lobe, ramp))
+    for view in BETWEEN[1:]:
+        assert directed_error(model, base, *np.radians(view)) < 5e-3
+    upright = base.weights[4:9]
+    np.testing.assert_allclose(upright[..., 1, :, 2:3], 0.4, rtol=0.05)
+    np.testing.assert_allclose(upright[..., 2, :, 6:], 0.1, rtol=0.1)
+
+
+def test_catalogue_turns_with_the_material():
+    """What has a direction has it from the material; at right angles the table is its own."""
+    quarter = 12
+    turned = replace(
+        BRUSHED,
+        ndf=np.roll(BRUSHED.ndf, quarter, axis=2),
+        masking=np.roll(BRUSHED.masking, quarter, axis=2),
+    )
+    before, after = catalogue(BRUSHED), catalogue(turned)
+    assert len(set(before)) == len(before) == len(after)
+    for one, other in zip(before, after, strict=True):
+        assert (one.kind, one.parameter, one.lean, one.across, one.tilt) == (
+            other.kind,
+            other.parameter,
+            other.lean,
+            other.across,
+            other.tilt,
+        )
+        directed = one.across or one.tilt
+        turn = (other.azimuth - one.azimuth) % np.pi if directed else np.pi / 2
+        assert turn == pytest.approx(np.pi / 2, abs=1e-9)
+
+
+def test_base_turns_with_the_material(directed):
+    quarter = 12
+    turned = replace(
+        BRUSHED,
+        ndf=np.roll(BRUSHED.ndf, quarter, axis=2),
+        masking=np.roll(BRUSHED.masking, quarter, axis=2),
+    )
+    base = directed["brushed"]
+    closures = [
+        replace(c, azimuth=c.azimuth + np.pi / 2) if c.across or c.tilt else c
+        for c in base.closures
+    ]
+    found = fit_base_lobes(turned, closures).weights
+    expected = np.roll(base.weights, 6, axis=1)
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_azimuths_are_periodic(directed):
+    base = directed["satin"]
+
+    def weights_at(phi):
+        wo = np.array([np.sin(0.7) * np.cos(phi), np.sin(0.7) * np.sin(phi), np.cos(0.7)])
+        return base.weights_at(wo)
+
+    step = 2 * np.pi / base.weights.shape[1]
+    middle = weights_at(-step / 2)
+    np.testing.assert_allclose(middle, (weights_at(-step) + weights_at(0)) / 2, atol=1e-12)
+    np.testing.assert_allclose(weights_at(0.3), weights_at(0.3 - 2 * np.pi), atol=1e-12)
+
+
+def test_draft_has_fewer_views(directed):
+    base = directed["brushed"]
+    draft = fit_base_lobes(BRUSHED, base.closures, draft=True)
+    assert draft.closures == base.closures
+    assert draft.weights.shape[:2] == (len(DRAFT_GRIDS["anisotropic"].theta_o), 12)
+    assert directed_error(BRUSHED, draft, *np.radians(BETWEEN[2])) < 0.12
+    # those of isotropic materials are few as they are
+    plain = fit_base_lobes(MODELS["matte"], (Closure("ggx", 0.3),), draft=True)
+    assert len(plain.theta_o) == len(VIEW_ANGLES)
+
+
+@pytest.mark.filterwarnings("error")
+def test_black_directed_model_is_finite(directions):
+    black = replace(BRUSHED, scale=np.zeros((3, 3)), diffuse=np.zeros(3))
+    base = fit_base_lobes(black, (Closure("ggx", 0.1, across=0.3), Closure("phong_ramp", 3)))
+    assert not base.weights.any()
+    assert not base.value(directions, WO).any()

@@ -4,7 +4,7 @@ import tracemalloc
 
 import pytest
 
-from fitter import batch, parameter_file
+from fitter import batch, parameter_file, synthetic
 from fitter.batch import FAILED, FITTED, KEPT, Job, Settings
 from fitter.command_line import FAILED as FAILED_STATUS
 from fitter.command_line import main
@@ -41,6 +41,7 @@ def quick(monkeypatch):
     def fitted(measurement, **settings):
         done.append(measurement.source.file_name)
         figures = {"objective": 0.01, "mean_log_error": 0.1, **settings}
+        figures |= {"encoding": getattr(measurement, "encoding", "")}
         return FittedMaterial("x", models.MODELS["matte"], measurement.source, figures)
 
     monkeypatch.setattr(batch, "fit_measurement", fitted)
@@ -90,6 +91,24 @@ def test_fits_again_what_has_changed(folder, tmp_path, quick, content):
     job.output.write_text(job.output.read_text()[:1000])  # as a crash of another program leaves it
     assert batch.fit_one(job, settings).status == FITTED
     assert len(quick) == 6
+
+
+def test_encoding_of_utia_files_in_a_mixed_folder(folder, tmp_path, quick):
+    """Files that have a choice are fitted again with another one; the others have none."""
+    synthetic.write_sample(folder / "brass.bin", "brushed-brass")
+    jobs = [Job(folder / name, tmp_path / f"{name}.nfm.json") for name in ("brass.bin", "gem.BSDF")]
+    settings = [Settings(quality="draft", encoding=e) for e in (None, "linear", "srgb-140")]
+    statuses = [[batch.fit_one(job, one).status for one in settings] for job in jobs]
+    assert statuses == [[FITTED, KEPT, FITTED], [FITTED, KEPT, KEPT]]
+    assert parameter_file.load(jobs[0].output).fit["encoding"] == "srgb-140"
+
+
+def test_encoding_that_no_file_has(folder, tmp_path, quick):
+    synthetic.write_sample(folder / "brass.bin", "brushed-brass")
+    job = Job(folder / "brass.bin", tmp_path / "brass.nfm.json")
+    outcome = batch.fit_one(job, Settings(encoding="rot13"))
+    assert outcome.status == FAILED
+    assert "encoding rot13, files of the format utia-bin have linear" in outcome.message
 
 
 def test_failures_are_outcomes(folder, tmp_path, quick):

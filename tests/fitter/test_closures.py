@@ -52,7 +52,7 @@ def smith_lambda(kind, alpha, cosine):
 def plain(closure, wi, wo):
     """f cos(theta_i) (n,) with all numbers 1, as text books have it."""
     if closure.kind == "phong_ramp":
-        tilt = closure.tilt(np.arctan2(wo[0], wo[2]))
+        tilt = closure.leaning(np.arctan2(wo[0], wo[2]))
         axis = direction(tilt)
         reflected = 2 * (wo @ axis) * axis - wo
         lobe = np.clip(wi @ reflected, 0, None) ** closure.parameter * (wi @ reflected > 0)
@@ -121,7 +121,7 @@ def test_colours_of_a_ramp_are_hats(closure, above):
     if closure.kind == "diffuse_ramp":
         position = above[:, 2]
     else:
-        axis = direction(closure.tilt(0.6))
+        axis = direction(closure.leaning(0.6))
         position = np.clip(above @ (2 * (wo @ axis) * axis - wo), 0, None) ** closure.parameter
     np.testing.assert_allclose(np.arange(8) / 7 @ shares, position[total > 1e-12], atol=1e-9)
 
@@ -210,7 +210,7 @@ def test_density_is_at_most_normalised(closure, theta_o):
 @pytest.mark.parametrize("closure", PHONG_RAMPS, ids=str)
 def test_density_goes_with_the_value(closure, above):
     wo = direction(0.7)
-    n, cos_i = closure.parameter, above @ direction(closure.tilt(0.7))
+    n, cos_i = closure.parameter, above @ direction(closure.leaning(0.7))
     expected = closure.columns(above, wo).sum(0) * (n + 1) / (n + 2)
     np.testing.assert_allclose(closure.density(above, wo) * cos_i, expected, rtol=1e-9, atol=1e-12)
 
@@ -298,10 +298,10 @@ def test_centre_of_a_leaning_ramp(degrees, lean, centre):
 @pytest.mark.parametrize("lean", [-0.6, -0.3, 0.5, 1.0])
 def test_tilt_at_the_ends(lean):
     closure = Closure("phong_ramp", 10, lean=lean)
-    assert closure.tilt(0.0) == pytest.approx(0 if lean > 0 else lean * np.pi / 4)
-    assert closure.tilt(np.pi / 2) == pytest.approx(lean * np.pi / 2 if lean > 0 else 0)
+    assert closure.leaning(0.0) == pytest.approx(0 if lean > 0 else lean * np.pi / 4)
+    assert closure.leaning(np.pi / 2) == pytest.approx(lean * np.pi / 2 if lean > 0 else 0)
 
 
 def test_no_lean_no_tilt():
     for closure in (Closure("phong_ramp", 10), Closure("diffuse_ramp"), Closure("ggx", 0.1)):
-        assert closure.tilt(1.0) == 0
+        assert closure.leaning(1.0) == 0

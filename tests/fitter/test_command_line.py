@@ -56,7 +56,7 @@ def test_fit_writes_and_reports(short_fit, measured, tmp_path, capsys):
     assert f"\n{'':<16}{native.directional:.2%} error over all directions\n" in out
     assert str(output) in out
     explored = [f"{stage} {n}" for n in (1, 2, 3) for stage in ("sweep", "explore")]
-    stages = (*explored, "refine", "albedo", "polish")
+    stages = (*explored, "refine", "appearance", "polish")
     assert err.splitlines() == [f"fit: {stage}" for stage in stages]
     assert list(tmp_path.iterdir()) == [output]
 

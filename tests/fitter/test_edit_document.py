@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from fitter import edit_document, parameter_file
-from fitter.edit_document import EditDocument
+from fitter.edit_document import BlendDocument, EditDocument
 from fitter.edits import LobeSliders, Sliders
 from fitter.errors import ParameterFileError
 from fitter.parameter_file import FittedMaterial
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 HANDLES = ((0.0, 1.0, "AUTO_CLAMPED"), (0.3, 0.25, "VECTOR"), (1.0, 0.0, "AUTO"))
 EDITS = EditDocument(
@@ -51,9 +51,36 @@ def test_presets_keep_tables_and_edits_apart():
     assert document == json.loads(parameter_file.dumps(plain))
 
 
+def test_the_material_to_blend_with_goes_along():
+    other = parameter_file.dumps(FittedMaterial("metal", MODELS["metal"]))
+    edits = EditDocument(blend=BlendDocument("metal", 0.25, other))
+    text = parameter_file.dumps(FittedMaterial("plastic", MODELS["plastic"], edits=edits))
+    assert parameter_file.loads(text).edits == edits
+
+
+def test_the_material_to_blend_with_is_checked():
+    other = parameter_file.dumps(FittedMaterial("metal", MODELS["metal"]))
+    edits = EditDocument(blend=BlendDocument("metal", 0.5, other))
+    text = parameter_file.dumps(FittedMaterial("plastic", MODELS["plastic"], edits=edits))
+    document = json.loads(text)
+    model = document["edits"]["blend"]["model"]
+    brushed = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    for wrong, message in (
+        ({**model, "D": [[1]]}, r'^"blend" of parameters: "D"'),
+        ({**model, "edits": {}}, "has edits of its own"),
+        (json.loads(parameter_file.dumps(brushed)), "is isotropic and that of"),
+        ("metal", 'no "name" and "model"'),
+    ):
+        document["edits"]["blend"]["model"] = wrong
+        with pytest.raises(ParameterFileError, match=message):
+            parameter_file.loads(json.dumps(document))
+
+
 BAD = {
     "list": [],
     "unknown part": {"shader": "x"},
+    "blend with nothing": {"blend": {"share": 0.5}},
+    "blend too far": {"blend": {"share": 2, "name": "x", "model": {}}},
     "unknown curve": {"curves": {"Lobe 9 D": []}},
     "one handle": {"curves": {"F": [[0, 0, "AUTO"]]}},
     "many handles": {"curves": {"F": [[0, 0, "AUTO"]] * 1000}},

@@ -20,7 +20,7 @@ from fitter import (
     synthetic,
     tables,
 )
-from fitter.albedo import AlbedoError
+from fitter.appearance import AppearanceError
 from fitter.parameter_file import FittedMaterial
 from fitter.problem import Problem
 
@@ -72,7 +72,7 @@ def test_objective_never_rises_within_a_stage(request, fixture):
     found = stages(request.getfixturevalue(fixture))
     starts = range(1, quality.QUALITIES["standard"].starts + 1)
     explored = [f"{stage} {n}" for n in starts for stage in ("sweep", "explore")]
-    assert list(found) == [*explored, "refine", "albedo", "polish"]
+    assert list(found) == [*explored, "refine", "appearance", "polish"]
     for stage, objectives in found.items():
         assert len(objectives) > 1, stage
         if stage.startswith("sweep"):
@@ -135,10 +135,10 @@ def test_lobes_that_an_update_kills_are_revived(coarse, random_model, monkeypatc
 def test_every_quality_ends_where_it_says(two_lobes, name, monkeypatch):
     work = replace(quality.QUALITIES[name], sweeps=1, explore_steps=1, refine_steps=1)
     work = replace(work, polish_steps=min(work.polish_steps, 1), coarse_phi_group=45)
-    work = replace(work, albedo_steps=1, coarse_angles=60, polish_angles=60)
+    work = replace(work, appearance_steps=1, maps=1, coarse_angles=60, polish_angles=60)
     monkeypatch.setitem(quality.QUALITIES, name, work)
     steps = list(fit.fit_steps(two_lobes, quality=name))
-    assert steps[-1].stage == ("polish" if work.polish_steps else "albedo")
+    assert steps[-1].stage == ("polish" if work.polish_steps else "appearance")
     assert {s.stage for s in steps if s.stage.startswith("explore")} == {
         f"explore {n + 1}" for n in range(work.starts)
     }
@@ -149,7 +149,12 @@ def test_objective_is_that_of_the_model(two_lobes, two_lobe_steps):
     last = two_lobe_steps[-1]
     # the strength is felt less than it is: not all of E can be taken away
     felt, full = (
-        joint.objective_of(problem, last.model, strength, AlbedoError.of(two_lobes))
+        joint.objective_of(
+            problem,
+            last.model,
+            strength,
+            AppearanceError.of(two_lobes, quality.QUALITIES["standard"].maps),
+        )
         for strength in (0, prior.DEFAULT_STRENGTH)
     )
     assert felt < last.objective < full

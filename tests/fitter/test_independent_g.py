@@ -29,7 +29,7 @@ def effort(monkeypatch):
     """Set the effort of a fit; angle bins fine enough to see the planted model through them."""
 
     def set_to(sweeps, joint_steps, rounds, **resolution):
-        work = Quality(3, sweeps, joint_steps, 4 * rounds, 2, 15, 360, 2, 720)
+        work = Quality(3, sweeps, joint_steps, 4 * rounds, 2, 1, 15, 360, 2, 720)
         monkeypatch.setitem(QUALITIES, "standard", replace(work, **resolution))
         monkeypatch.setattr(shared, "REFINE_JOINT_STEPS", 4)
 
@@ -189,23 +189,23 @@ def test_every_start_offers_its_best_lobe(coarse):
 def test_effort_is_that_of_our_fit(monkeypatch, effort, two_lobes):
     """As many starts, sweeps, joint steps and stages; only the sweeps that choose lobes on top."""
     effort(sweeps=1, joint_steps=1, rounds=1, coarse_angles=60, polish_angles=60)
-    counts = {"sweep": 0, "step": 0, "albedo": 0}
+    counts = {"sweep": 0, "step": 0, "appearance": 0}
     sweep, refine = independent_g.sweep, independent_g.joint.refine
 
     def counted_sweep(problem, model, *rest):
         counts["sweep"] += 1
         return sweep(problem, model, *rest)
 
-    def counted_refine(problem, model, albedo=None):
-        for step in refine(problem, model, albedo=albedo):
-            counts["step" if albedo is None else "albedo"] += 1
+    def counted_refine(problem, model, appearance=None):
+        for step in refine(problem, model, appearance=appearance):
+            counts["step" if appearance is None else "appearance"] += 1
             yield step
 
     monkeypatch.setattr(independent_g, "sweep", counted_sweep)
     monkeypatch.setattr(independent_g.joint, "refine", counted_refine)
     monkeypatch.setattr(shared, "CONVERGED", -1)
     independent_g.fit(two_lobes)
-    assert counts == {"sweep": 3 * (3 + 1) + 1, "step": 3 * 1 + 4, "albedo": 2 + 2}
+    assert counts == {"sweep": 3 * (3 + 1) + 1, "step": 3 * 1 + 4, "appearance": 2 + 2}
 
 
 def test_objective_of_the_table_is_that_of_the_problem(planted_by_channel, two_lobes):

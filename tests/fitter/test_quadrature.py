@@ -137,3 +137,20 @@ def test_least_cosine(even_rings):
     low = even_rings.at_view(1.0, 0.3)
     assert low.wi[:, 2].min() > 0.3
     assert len(low.wi) == (even_rings.at_view(1.0).wi[:, 2] > 0.3).sum()
+
+
+def test_turned_view(view):
+    turned = view.turned(0.7)
+    np.testing.assert_allclose(
+        np.arctan2(turned.wo[1], turned.wo[0]) if view.wo[0] > 1e-9 else 0.7, 0.7, rtol=1e-12
+    )
+    np.testing.assert_allclose(turned.wi @ turned.wo, view.wi @ view.wo, atol=1e-12)
+    np.testing.assert_array_equal(turned.wi[:, 2], view.wi[:, 2])
+    assert (turned.solid_angle == view.solid_angle).all()
+
+
+def test_whole_turn_has_both_sides(degrees):
+    half, whole = (view_quadrature(np.radians(degrees), 40, n, n * np.pi / 24) for n in (24, 48))
+    assert integral(whole, 1) == pytest.approx(integral(half, 1), rel=1e-9)
+    assert integral(whole, whole.wi[:, 1]) == pytest.approx(0, abs=1e-9)
+    assert len(whole.wi) == 2 * len(half.wi)

@@ -91,3 +91,9 @@ def test_box_filter():
     got = sphere.box_filtered(image, 4, 3)
     assert got.shape == (4, 3, 3)
     np.testing.assert_allclose(got[2, 1], image[4:6, 4:8].mean((0, 1)), rtol=1e-13)
+
+
+def test_texels_hold_their_middles():
+    directions = sphere.texel_directions()
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1)
+    np.testing.assert_array_equal(sphere.texel_index(directions), np.arange(64 * 128))

@@ -85,6 +85,14 @@ def test_render_writes_a_picture_and_one_line(suffix, render_verb, tmp_path, cap
     assert capsys.readouterr().out == f"written to      {path}\n"
 
 
+def test_render_shows_cloths(render_verb, addon, monkeypatch, tmp_path):
+    for name, value in (("LEVELS", (9, 17)), ("STEPS", (40, 20)), ("PARTICLES", 17)):
+        monkeypatch.setattr(addon("drape"), name, value)
+    path = tmp_path / "cloths.exr"
+    assert render_verb("--scene", "cloth", output=path) == 0
+    assert addon("images").read_linear(path).shape == (16, 48, 3)
+
+
 def test_render_options_reach_the_picture(render_verb, addon, tmp_path):
     read = addon("images").read_linear
     light = tmp_path / "light.exr"

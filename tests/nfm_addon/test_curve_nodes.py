@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from fitter import curves
-from fitter.curves import CURVES, MOST_HANDLES
+from fitter.curves import CURVES_OF, MOST_HANDLES
 from tests.models import MODELS
+
+ISOTROPIC = CURVES_OF["isotropic"]
 
 
 @pytest.fixture
@@ -17,16 +19,16 @@ def nodes(addon):
 @pytest.fixture
 def group(blender, nodes):
     group = blender.data.node_groups.new("curves", "ShaderNodeTree")
-    nodes.ensure(group)
+    nodes.ensure(group, ISOTROPIC)
     return group
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_few_handles_show_the_factor(name, nodes, group):
-    drawn = curves.drawn(MODELS[name]).heights()
+    drawn = curves.drawn(MODELS[name])
     nodes.draw(group, drawn)
     handles = nodes.handles(group)
-    assert tuple(handles) == CURVES
+    assert tuple(handles) == ISOTROPIC
     for curve, heights in nodes.heights(group).items():
         assert 2 <= len(handles[curve]) <= MOST_HANDLES
         error = np.abs(heights - drawn[curve]).max()
@@ -36,7 +38,7 @@ def test_few_handles_show_the_factor(name, nodes, group):
 
 
 def test_each_curve_is_shown_in_its_place(nodes, group):
-    flat = {name: np.full(90, number / 10) for number, name in enumerate(CURVES)}
+    flat = {name: np.full(90, number / 10) for number, name in enumerate(ISOTROPIC)}
     nodes.draw(group, flat)
     for name, heights in nodes.heights(group).items():
         np.testing.assert_allclose(heights, flat[name], atol=1e-6)
@@ -67,9 +69,9 @@ def test_removed_nodes_are_left_out_and_added_again(nodes, group):
     assert "Lobe 3 D" not in nodes.heights(group)
     nodes.write(group, {"Lobe 3 D": ((0, 0, "AUTO"), (1, 1, "AUTO"))})
     count = len(group.nodes)
-    nodes.ensure(group)
+    nodes.ensure(group, ISOTROPIC)
     assert len(group.nodes) == count + 1
-    nodes.ensure(group)
+    nodes.ensure(group, ISOTROPIC)
     assert len(group.nodes) == count + 1
 
 

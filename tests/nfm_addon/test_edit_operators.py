@@ -26,6 +26,12 @@ def build(addon, mesh_object):
 
 
 @pytest.fixture
+def handles_of(addon):
+    """Handles of a material's curves, by name."""
+    return lambda item: addon("curve_nodes").handles(addon("editing").group_of(item))
+
+
+@pytest.fixture
 def source(addon):
     return lambda material: addon("material").find_script_node(material).script.as_string()
 
@@ -70,7 +76,7 @@ def test_needs_a_measured_material(name, blender, mesh_object):
         )
 
 
-def test_reset_all(blender, build, editing, source):
+def test_reset_all(blender, addon, build, editing, source):
     material = build()
     before = source(material)
     edit = material.nfm.edit
@@ -79,26 +85,26 @@ def test_reset_all(blender, build, editing, source):
     drag(editing, material, "Lobe 1 D")
     blender.ops.nfm.reset_edits()
     assert source(material) == before
-    assert editing.sliders_of(edit) == editing.Sliders()
+    properties = addon("edit_properties")
+    assert properties.sliders_of(edit) == properties.Sliders()
     assert not (edit.show_original or edit.keep_energy)
     assert editing.document_of(material).curves == editing.document_of(material).drawn
 
 
-def test_reset_one_curve(blender, build, editing):
+def test_reset_one_curve(blender, build, editing, handles_of):
     material = build()
     for name in ("Lobe 1 D", "Lobe 2 G", "F"):
         drag(editing, material, name)
     material.nfm.edit.lobe_1.haze = 0.5
     drawn = editing.drawn_handles(material)
-    handles = editing.curve_nodes.handles
     blender.ops.nfm.reset_edits(what="Lobe 1 D")
-    found = handles(editing.group_of(material))
+    found = handles_of(material)
     assert found["Lobe 1 D"] == drawn["Lobe 1 D"]
     assert found["Lobe 2 G"] != drawn["Lobe 2 G"]
     blender.ops.nfm.reset_edits(what="F")
-    assert handles(editing.group_of(material))["F Red"] == drawn["F Red"]
+    assert handles_of(material)["F Red"] == drawn["F Red"]
     blender.ops.nfm.reset_edits(what="CURVES")
-    assert handles(editing.group_of(material)) == drawn
+    assert handles_of(material) == drawn
     assert material.nfm.edit.lobe_1.haze == 0.5
     blender.ops.nfm.reset_edits(what="SLIDERS")
     assert material.nfm.edit.lobe_1.haze == 0
@@ -113,16 +119,14 @@ def test_keep_energy(blender, build, editing):
     assert editing.largest_albedo(material) < 1.01
 
 
-def test_copy_and_paste_a_curve_between_materials(blender, build, editing):
+def test_copy_and_paste_a_curve_between_materials(blender, build, editing, handles_of):
     one, two = build("metal"), build("matte")
     activate(blender, one)
     drag(editing, one, "Lobe 1 D")
     blender.ops.nfm.copy_curve(curve="Lobe 1 D")
     activate(blender, two)
     blender.ops.nfm.paste_curve(curve="Lobe 3 D")
-    handles = editing.curve_nodes.handles
-    pasted = handles(editing.group_of(two))["Lobe 3 D"]
-    assert pasted == handles(editing.group_of(one))["Lobe 1 D"]
+    assert handles_of(two)["Lobe 3 D"] == handles_of(one)["Lobe 1 D"]
     # the factor follows: it is about that of the other material
     ratio = editing.edited_model(two).ndf[2] / editing.edited_model(one).ndf[0]
     # as far as the axis goes down
@@ -131,18 +135,18 @@ def test_copy_and_paste_a_curve_between_materials(blender, build, editing):
         blender.ops.nfm.paste_curve(curve="Lobe 3 G")
 
 
-def test_copy_and_paste_the_color_curves(blender, build, editing):
+def test_copy_and_paste_the_color_curves(blender, build, handles_of):
     one, two = build("metal"), build("matte")
     activate(blender, one)
     blender.ops.nfm.copy_curve(curve="F")
     activate(blender, two)
     blender.ops.nfm.paste_curve(curve="F")
-    found = [editing.curve_nodes.handles(editing.group_of(item)) for item in (one, two)]
+    found = [handles_of(item) for item in (one, two)]
     for name in ("F", "F Red", "F Green", "F Blue"):
         assert found[0][name] == found[1][name]
 
 
-def test_copy_and_paste_a_lobe(blender, build, editing):
+def test_copy_and_paste_a_lobe(blender, build, editing, handles_of):
     one, two = build("metal"), build("matte")
     activate(blender, one)
     one.nfm.edit.lobe_2.haze = 0.25
@@ -151,7 +155,7 @@ def test_copy_and_paste_a_lobe(blender, build, editing):
     activate(blender, two)
     blender.ops.nfm.paste_lobe(lobe=1)
     assert two.nfm.edit.lobe_1.haze == 0.25
-    found = [editing.curve_nodes.handles(editing.group_of(item)) for item in (one, two)]
+    found = [handles_of(item) for item in (one, two)]
     assert found[1]["Lobe 1 G"] == found[0]["Lobe 2 G"]
     assert found[1]["Lobe 1 D"] == found[0]["Lobe 2 D"]
     with pytest.raises(RuntimeError, match="copied was lobe, expected F"):
@@ -182,7 +186,7 @@ def test_presets(blender, build, editing, source, tmp_path):
     assert source(imported) == edited
 
 
-def test_edits_of_another_material(blender, build, editing, tmp_path):
+def test_edits_of_another_material(blender, build, editing, handles_of, tmp_path):
     one, two = build("metal"), build("matte")
     activate(blender, one)
     drag(editing, one, "Lobe 1 D")
@@ -190,9 +194,9 @@ def test_edits_of_another_material(blender, build, editing, tmp_path):
     path = tmp_path / "edits.nfm.json"
     blender.ops.nfm.save_edits(filepath=str(path))
     activate(blender, two)
-    before = editing.curve_nodes.handles(editing.group_of(two))
+    before = handles_of(two)
     blender.ops.nfm.load_edits(filepath=str(path))
-    after = editing.curve_nodes.handles(editing.group_of(two))
+    after = handles_of(two)
     assert two.nfm.edit.edge_strength == 2
     assert [name for name in after if after[name] != before[name]] == ["Lobe 1 D"]
 
@@ -226,31 +230,114 @@ def test_blend_with(blender, build, editing, source):
         blender.ops.nfm.blend_with(material="nothing")
 
 
-def test_undo_is_one_step(blender, build, editing):
+def test_presets_of_a_blend(blender, build, brushed, source, tmp_path):
+    one, _two = build("metal"), build("plastic")
+    activate(blender, one)
+    blender.ops.nfm.blend_with(material="plastic")
+    one.nfm.edit.blend = 0.5
+    blender.ops.nfm.apply_edits()
+    path = tmp_path / "between.nfm.json"
+    blender.ops.nfm.save_edits(filepath=str(path))
+    blender.ops.nfm.import_measurement(filepath=str(path), sampling="REFERENCE")
+    imported = blender.context.active_object.active_material
+    assert imported.nfm.edit.blend == 0.5
+    assert imported.nfm.edit.blend_name == "plastic"
+    assert source(imported) == source(one)
+    activate(blender, brushed)
+    before = source(brushed)
+    with pytest.raises(RuntimeError, match="load it into a material of the same kind"):
+        blender.ops.nfm.load_edits(filepath=str(path))
+    assert source(brushed) == before
+    assert not brushed.nfm.edit.blend_parameters
+
+
+def test_undo_is_one_step(blender, build, editing, handles_of):
     material = build()
     drag(editing, material, "Lobe 1 D")
-    edited = editing.curve_nodes.handles(editing.group_of(material))
+    edited = handles_of(material)
     blender.ops.ed.undo_push(message="drag")
     blender.ops.nfm.reset_edits()
     blender.ops.ed.undo_push(message="reset")
     blender.ops.ed.undo()
     material = blender.data.materials["plastic"]
-    assert editing.curve_nodes.handles(editing.group_of(material)) == edited
+    assert handles_of(material) == edited
 
 
-def test_anisotropic_materials_have_no_curves_to_copy(blender, addon, build, editing, mesh_object):
-    one = build("metal")
-    brushed = addon("material").build(
-        FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"]), "REFERENCE"
-    )
+# ---- anisotropic ----
+
+
+@pytest.fixture
+def brushed(addon, mesh_object):
+    """An anisotropic material on the active object."""
+    fitted = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    material = addon("material").build(fitted, "REFERENCE")
+    mesh_object().data.materials.append(material)
+    return material
+
+
+def test_materials_of_both_kinds_are_not_blended(blender, build, brushed):
+    build("metal")
     with pytest.raises(RuntimeError, match="choose one of the same kind"):
         blender.ops.nfm.blend_with(material="brushed")
-    mesh_object().data.materials.append(brushed)
-    with pytest.raises(RuntimeError, match="'brushed' has no curve Lobe 1 D"):
-        blender.ops.nfm.copy_curve(curve="Lobe 1 D")
-    assert blender.ops.nfm.reset_edits() == {"FINISHED"}
+
+
+def test_a_curve_goes_from_one_kind_to_the_other(blender, build, brushed, editing, handles_of):
+    one = build("metal")
+    drag(editing, one, "Lobe 1 D")
+    blender.ops.nfm.copy_curve(curve="Lobe 1 D")
+    activate(blender, brushed)
+    blender.ops.nfm.paste_curve(curve="Lobe 2 D")
+    assert handles_of(brushed)["Lobe 2 D"] == handles_of(one)["Lobe 1 D"]
+    with pytest.raises(RuntimeError, match="copied was D, expected D around"):
+        blender.ops.nfm.paste_curve(curve="Lobe 2 D around")
+    activate(blender, one)
+    with pytest.raises(RuntimeError, match="'metal' has no curve Lobe 1 D around"):
+        blender.ops.nfm.copy_curve(curve="Lobe 1 D around")
+
+
+def test_a_lobe_goes_from_one_kind_to_the_other(blender, build, brushed, handles_of):
+    brushed.nfm.edit.lobe_1.width_across = 2.0
+    blender.ops.nfm.copy_lobe(lobe=1)
+    blender.ops.nfm.paste_lobe(lobe=3)
+    assert handles_of(brushed)["Lobe 3 G around"] == handles_of(brushed)["Lobe 1 G around"]
+    one = build("metal")
+    blender.ops.nfm.paste_lobe(lobe=1)
+    assert handles_of(one)["Lobe 1 D"] == handles_of(brushed)["Lobe 1 D"]
     activate(blender, one)
     blender.ops.nfm.copy_lobe(lobe=1)
     activate(blender, brushed)
-    blender.ops.nfm.paste_lobe(lobe=1)
-    assert not editing.curve_nodes.handles(editing.group_of(brushed))
+    before = handles_of(brushed)
+    blender.ops.nfm.paste_lobe(lobe=2)
+    after = handles_of(brushed)
+    assert after["Lobe 2 G"] == handles_of(one)["Lobe 1 G"]
+    assert after["Lobe 2 D around"] == before["Lobe 2 D around"]
+
+
+def test_presets_of_an_anisotropic_material(blender, brushed, editing, source, tmp_path):
+    original = source(brushed)
+    drag(editing, brushed, "Lobe 1 D around")
+    brushed.nfm.edit.lobe_2.width_along = 0.5
+    blender.ops.nfm.apply_edits()
+    edited = source(brushed)
+    path = tmp_path / "worn.nfm.json"
+    blender.ops.nfm.save_edits(filepath=str(path))
+    saved = parameter_file.load(path)
+    assert (saved.model.ndf == ANISOTROPIC_MODELS["brushed"].ndf).all()
+    blender.ops.nfm.import_measurement(filepath=str(path), sampling="REFERENCE")
+    imported = blender.context.active_object.active_material
+    assert source(imported) == edited != original
+    blender.ops.nfm.reset_edits()
+    assert source(imported) == original
+    blender.ops.nfm.load_edits(filepath=str(path))
+    assert source(imported) == edited
+
+
+def test_copying_changes_nothing(blender, build, editing, source):
+    """Not even a shader that is waiting to be made."""
+    material = build()
+    before = source(material)
+    material.nfm.edit.lobe_1.width = 2.0
+    blender.ops.nfm.copy_curve(curve="F")
+    blender.ops.nfm.copy_lobe(lobe=1)
+    assert source(material) == before
+    assert editing.refresh(material)

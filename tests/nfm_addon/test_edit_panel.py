@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from fitter.parameter_file import FittedMaterial
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 class Notes:
@@ -107,6 +107,16 @@ def test_shows_every_slider_and_curve(material, drawn):
     used = {line[1] for line in lines if line[0] == "operator"}
     assert used >= {"copy_curve", "paste_curve", "copy_lobe", "paste_lobe", "reset_edits"}
     assert "blend_with" in used
+
+
+def test_anisotropic_lobes_have_two_widths_and_curves_around(drawn, addon):
+    fitted = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    lines = drawn(addon("material").build(fitted, "REFERENCE"))
+    names = [line[1] for line in lines if line[0] == "prop"]
+    assert names[1:7] == ["width", "width_along", "width_across", "haze", "falloff", "gain"]
+    curves = [line[1] for line in lines if line[0] == "curve"]
+    assert curves[:4] == ["Lobe 1 D", "Lobe 1 D around", "Lobe 1 G", "Lobe 1 G around"]
+    assert len(curves) == 13
 
 
 def test_removed_curve_can_be_brought_back(material, drawn, addon):

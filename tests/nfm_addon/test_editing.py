@@ -2,6 +2,7 @@
 """From curves and sliders to the shader; without a window, and without waiting for one."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,14 +10,22 @@ import pytest
 
 from fitter import parameter_file
 from fitter.blend import blend
+from fitter.curves import CURVES_OF
 from fitter.edits import Edits, LobeSliders, Sliders, apply
 from fitter.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
+
+BRUSHED = ANISOTROPIC_MODELS["brushed"]
 
 
 @pytest.fixture
 def editing(addon):
     return addon("editing")
+
+
+@pytest.fixture
+def nodes(addon):
+    return addon("curve_nodes")
 
 
 @pytest.fixture
@@ -93,11 +102,10 @@ def test_a_curve_bends_its_factor_alone(build, editing, source, expected, addon)
 
 
 @pytest.mark.parametrize("name", ["Lobe 1 G", "F"])
-def test_flat_zero_is_black(name, build, editing):
+def test_flat_zero_is_black(name, build, editing, nodes):
     material = build("metal")
     flat = ((0.0, 0.0, "VECTOR"), (1.0, 0.0, "VECTOR"))
-    addon_nodes = editing.curve_nodes
-    addon_nodes.write(editing.group_of(material), {name: flat})
+    nodes.write(editing.group_of(material), {name: flat})
     editing.refresh(material)
     model = editing.edited_model(material)
     assert not (model.masking[0] if name == "Lobe 1 G" else model.fresnel).any()
@@ -105,20 +113,20 @@ def test_flat_zero_is_black(name, build, editing):
 
 @pytest.mark.parametrize("sampling", ["NATIVE", "EXACT"])
 @pytest.mark.parametrize("seed", range(3))
-def test_any_curve_compiles(seed, sampling, build, editing):
+def test_any_curve_compiles(seed, sampling, build, editing, nodes):
     """Spikes, walls, handles on top of each other and out of range."""
     rng = np.random.default_rng(seed)
     material = build("paint", sampling)
     group = editing.group_of(material)
     wild = {}
-    for name in editing.CURVES:
+    for name in CURVES_OF["isotropic"]:
         count = int(rng.integers(2, 30))
         spots = rng.choice([0.0, 0.5, 0.5000001, 1.0, -3.0, 7.0], (count, 2))
         spots += rng.choice([0, 1], (count, 1)) * rng.random((count, 2))
         wild[name] = [(x, y, rng.choice(["AUTO", "VECTOR"])) for x, y in spots.tolist()]
     for name in wild:
-        editing.curve_nodes.node_of(group, name).mapping.use_clip = False
-    editing.curve_nodes.write(group, wild)
+        nodes.node_of(group, name).mapping.use_clip = False
+    nodes.write(group, wild)
     assert editing.refresh(material)
     assert np.isfinite(material.nfm.native_error)
 
@@ -154,7 +162,7 @@ def test_sliders_make_the_model_that_the_fitter_makes(build, editing, source, ex
 
 def test_scales_gains_and_diffuse_colors_write_no_shader(build, editing, addon, monkeypatch):
     material = build("paint")
-    monkeypatch.setattr(addon("editing"), "new_surface", None)
+    monkeypatch.setattr(addon("editing.shader"), "new_surface", None)
     group = editing.group_of(material)
     node = addon("material").find_group_node(material)
     node.inputs["Lobe 1 Scale"].default_value = (2, 1, 1, 1)
@@ -293,9 +301,9 @@ def test_copies_diverge_when_one_is_edited(blender, build, editing, source, addo
 def test_a_copy_takes_another_model(build, editing, addon):
     one = build()
     two = one.copy()
-    before = editing.state_of(one).digest()
+    before = editing.state.state_of(one).digest()
     addon("material").replace_model(two, FittedMaterial("metal", MODELS["metal"]))
-    assert editing.state_of(one).digest() == before
+    assert editing.state.state_of(one).digest() == before
     assert not editing.refresh(one)
 
 
@@ -308,10 +316,10 @@ def test_sampling_of_a_copy_is_its_own(build, source):
     assert source(two) != before
 
 
-def test_a_copied_group_gets_a_text_of_its_own(build, editing, source):
+def test_a_copied_group_gets_a_text_of_its_own(build, addon, editing, source):
     one = build()
     two = one.copy()
-    node = editing.find_group_node(two)
+    node = addon("material").find_group_node(two)
     node.node_tree = node.node_tree.copy()  # as "Make single user" does
     before = source(one)
     two.nfm.edit.lobe_1.width = 2.0
@@ -363,21 +371,109 @@ def test_edits_are_saved_with_the_file(blender, build, editing, source, tmp_path
 
 @pytest.fixture
 def brushed(addon):
-    fitted = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    fitted = FittedMaterial("brushed", BRUSHED)
     return addon("material").build(fitted, "REFERENCE")
 
 
-def test_anisotropic_lobes_keep_their_shapes(brushed, editing, source):
-    """They have no curves; colours, gains and the rest can be edited."""
+def test_untouched_anisotropic_material_keeps_its_shader(brushed, editing, nodes, source, expected):
     before = source(brushed)
-    assert editing.curve_nodes.handles(editing.group_of(brushed)) == {}
-    edit = brushed.nfm.edit
-    edit.lobe_1.width, edit.lobe_2.haze, edit.lobe_3.falloff, edit.keep_energy = 2.0, 0.5, 2.0, True
-    editing.refresh(brushed)
-    assert source(brushed) == before
-    edit.edge_strength = 2.0
+    assert before == expected(BRUSHED)
+    assert tuple(nodes.handles(editing.group_of(brushed))) == CURVES_OF["anisotropic"]
+    assert not editing.refresh(brushed)
+    drag(brushed, editing, "Lobe 1 D around", 2)
     assert editing.refresh(brushed)
     assert source(brushed) != before
     editing.reset_curves(brushed)
-    assert editing.document_of(brushed).curves == {}
-    assert editing.largest_albedo(brushed) > 0
+    assert editing.refresh(brushed)
+    assert source(brushed) == before
+
+
+@pytest.mark.parametrize("name", ["Lobe 1 D", "Lobe 1 D around", "Lobe 1 G", "Lobe 1 G around"])
+def test_a_curve_bends_its_anisotropic_factor_alone(name, brushed, editing, source, expected):
+    drag(brushed, editing, name, index=1)
+    editing.refresh(brushed)
+    measured, model = BRUSHED, editing.edited_model(brushed)
+    changed, kept = ("ndf", "masking") if " D" in name else ("masking", "ndf")
+    assert (getattr(model, changed)[0] != getattr(measured, changed)[0]).any()
+    np.testing.assert_array_equal(getattr(model, changed)[1:], getattr(measured, changed)[1:])
+    np.testing.assert_array_equal(getattr(model, kept), getattr(measured, kept))
+    assert source(brushed) == expected(model)
+
+
+@pytest.mark.parametrize("end", [0, -1])
+def test_curves_around_end_where_they_begin(end, brushed, editing, nodes):
+    group = editing.group_of(brushed)
+    points = group.nodes["Lobe 2 D around"].mapping.curves[0].points
+    for height in (0.25, 0.75):
+        points[end].location.y = height
+        editing.refresh(brushed)
+        handles = nodes.handles(group)["Lobe 2 D around"]
+        assert handles[0][1] == handles[-1][1] == height
+    assert not editing.refresh(brushed)
+    editing.reset_curves(brushed)
+    editing.refresh(brushed)
+    assert nodes.handles(group) == editing.drawn_handles(brushed)
+
+
+def test_energy_of_an_anisotropic_material_is_kept(brushed, editing):
+    edit = brushed.nfm.edit
+    edit.lobe_1.gain = 10.0
+    editing.refresh(brushed)
+    assert editing.largest_albedo(brushed) > 2
+    edit.keep_energy = True
+    editing.refresh(brushed)
+    assert 0.9 < editing.largest_albedo(brushed) < 1.01
+
+
+def test_blend_of_anisotropic_materials(brushed, editing, source, expected):
+    other = ANISOTROPIC_MODELS["satin"]
+    edit = brushed.nfm.edit
+    edit.blend_name = "satin"
+    edit.blend_parameters = parameter_file.dumps(FittedMaterial("satin", other))
+    for share in (0.5, 1.0):
+        edit.blend = share
+        editing.refresh(brushed)
+        mixed = blend(BRUSHED, other, share)
+        found = editing.edited_model(brushed)
+        np.testing.assert_allclose(found.ndf, mixed.ndf, rtol=1e-12)
+        np.testing.assert_allclose(found.diffuse, mixed.diffuse, atol=1e-12)
+    assert source(brushed) == expected(other)
+
+
+def test_material_from_before_there_were_curves(brushed, editing, nodes, source):
+    """Reset draws them."""
+    before = source(brushed)
+    group = editing.group_of(brushed)
+    for name in CURVES_OF["anisotropic"]:
+        if name in group.nodes:
+            group.nodes.remove(group.nodes[name])
+    brushed.nfm.edit.drawn = ""
+    editing.refresh(brushed)
+    assert source(brushed) == before
+    editing.reset_curves(brushed, ("Lobe 1 D around",))
+    assert tuple(nodes.handles(group)) == CURVES_OF["anisotropic"]
+    editing.refresh(brushed)
+    assert source(brushed) == before
+
+
+def test_anisotropic_draft_has_fewer_views_and_is_finished(brushed, editing, source, expected):
+    """Base lobes follow what changes the model: a slider over F, say."""
+    brushed.nfm.sampling = "NATIVE"
+    closures = closures_of(source(brushed))
+    brushed.nfm.edit.edge_strength = 2.5
+    assert editing.refresh(brushed, draft=True)
+    draft = source(brushed)
+    assert closures_of(draft) == closures
+    assert rows_of(draft) < rows_of(expected(BRUSHED, "native"))
+    brushed.nfm.native_error = 0.0
+    assert editing.refresh(brushed)
+    assert source(brushed) == expected(editing.edited_model(brushed), "native") != draft
+    assert 0 < brushed.nfm.native_error < 0.02
+
+
+def closures_of(source):
+    return re.findall(r"closure_\w+\[\d+\] = \{[^}]*\}", source)
+
+
+def rows_of(source):
+    return int(re.search(r"#define N_VIEW_ROWS (\d+)", source)[1])

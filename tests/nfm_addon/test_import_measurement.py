@@ -356,7 +356,8 @@ def test_fits_a_merl_file(
         sweeps=4,
         explore_steps=0,
         refine_steps=1,
-        albedo_steps=1,
+        appearance_steps=1,
+        maps=1,
         coarse_phi_group=15,
         coarse_angles=180,
         polish_steps=1,
@@ -500,13 +501,13 @@ def test_refused_file_is_no_undo_step(
     assert slots(blender.data.objects["Thing"]) == []
 
 
-def test_anisotropic_material_is_rendered_by_reference(import_file, blender, tmp_path):
-    """There are no base lobes for it, whatever sampling is asked for."""
+def test_anisotropic_material_has_base_lobes_and_a_frame(import_file, blender, tmp_path):
     path = tmp_path / "brushed.nfm.json"
     parameter_file.save(path, FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"]))
     import_file(path, sampling="NATIVE")
     (material,) = blender.data.materials
-    assert material.nfm.sampling == "REFERENCE"
+    assert material.nfm.sampling == "NATIVE"
+    assert 0 < material.nfm.native_error < 0.02
     (group,) = blender.data.node_groups
     inputs = [item.name for item in group.interface.items_tree if item.in_out == "INPUT"]
     assert inputs[-3:] == ["Normal", "Tangent", "Rotation"]

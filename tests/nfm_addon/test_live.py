@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """When shaders are brought up to date. Timers do not run without a window; they are called here."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from fitter.parameter_file import FittedMaterial
@@ -54,6 +56,37 @@ def test_a_dragged_curve_asks_for_work(blender, addon, build, requests):
     requests.clear()
     drag(blender, addon("editing").group_of(material))
     assert requests
+
+
+def test_a_curve_under_the_mouse_asks_for_work(blender, addon, build, live, requests, monkeypatch):
+    """Blender tells of it when the button is released; until then its editor is drawn anew."""
+    material = build()
+    monkeypatch.setattr(live, "_shown_material", lambda _context: material)
+    requests.clear()
+    live._on_draw()
+    assert not requests
+    point = addon("editing").group_of(material).nodes["Lobe 2 D"].mapping.curves[0].points[3]
+    point.location[1] -= 0.1
+    live._on_draw()
+    assert requests
+
+
+def test_editors_without_a_measured_material_are_left_alone(blender, build, live, requests):
+    plain = blender.data.materials.new("plain")
+    for shown in (
+        SimpleNamespace(material=plain, space_data=None),
+        SimpleNamespace(space_data=SimpleNamespace(id=None)),
+        SimpleNamespace(space_data=SimpleNamespace()),
+        SimpleNamespace(material=None, space_data=SimpleNamespace(id=plain)),
+    ):
+        assert live._shown_material(shown) is None
+    material = build()
+    assert (
+        live._shown_material(SimpleNamespace(space_data=SimpleNamespace(id=material))) == material
+    )
+    requests.clear()
+    live._on_draw()
+    assert not requests
 
 
 def test_nothing_else_does(blender, addon, build, requests, monkeypatch):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from fitter.parameter_file import FittedMaterial
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 class Notes:
@@ -172,8 +172,10 @@ def test_shows_everything_in_order(material, drawn):
                 "replace_measurement",
                 "reset_material",
                 "export_parameters",
+                "export_measurement",
                 "save_edits",
                 "load_edits",
+                "install_library",
             )
         ),
         ("label", "Plot", "NONE"),
@@ -295,3 +297,20 @@ def test_draws_any_material(name, addon, texts):
     material = addon("material").build(FittedMaterial("%s {0} \n", MODELS[name]))
     lines = texts(material)
     assert lines[lines.index("Error") + 1].startswith("0.")
+
+
+def test_main_direction(addon, drawn, texts, material):
+    brushed = FittedMaterial("brushed", ANISOTROPIC_MODELS["brushed"])
+    item = addon("material").build(brushed, "REFERENCE")
+    direction = item.nfm.anisotropy_direction
+    shown = texts(item)
+    expected = f"{direction:.1f}\N{DEGREE SIGN} from the tangent"
+    assert shown[shown.index("Main Direction") + 1] == expected
+    lines = drawn(item)
+    assert ("prop", "default_value", "Rotation") in lines
+    assert ("operator", "nfm.align_brushing") in lines
+    item.nfm.anisotropy_strength = 0.01
+    shown = texts(item)
+    assert shown[shown.index("Main Direction") + 1] == "None"
+    # one that is the same in all directions is not spoken of
+    assert ("operator", "nfm.align_brushing") not in drawn(material)

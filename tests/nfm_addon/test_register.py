@@ -69,20 +69,25 @@ def test_twice_registered_and_unregistered(run_python):
     assert on == on_again == on_at_last
     assert off == off_again
     operators = [
+        "align_brushing",
         "apply_edits",
         "blend_with",
         "cancel_fit",
         "copy_curve",
         "copy_lobe",
+        "export_measurement",
         "export_parameters",
         "give_lamps_size",
+        "import_folder",
         "import_measurement",
+        "install_library",
         "keep_energy",
         "load_edits",
         "make_editable",
         "paste_curve",
         "paste_lobe",
         "refit",
+        "remove_library",
         "replace_measurement",
         "reset_edits",
         "reset_material",
@@ -108,12 +113,13 @@ def test_twice_registered_and_unregistered(run_python):
         ]
     )
     assert on["property"] is True
-    assert len(on["menu"]) == 1
+    assert len(on["menu"]) == 2
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
-    # of the queue, the landings, completion and the live update of edits
+    # of the queue, the landings, completion of what is opened or appended, and live editing
     added = {name: n - off["handlers"][name] for name, n in on["handlers"].items()}
     assert {name: n for name, n in added.items() if n} == {
+        "blend_import_post": 1,
         "depsgraph_update_post": 1,
         "frame_change_post": 1,
         "load_post": 2,
@@ -125,7 +131,7 @@ def test_twice_registered_and_unregistered(run_python):
         "undo_post": 2,
     }
     assert off["path"] == on["path"]
-    assert off["draw functions"] == on["draw functions"] - 2
+    assert off["draw functions"] == on["draw functions"] - 4  # import, assets, status bar
 
 
 def test_root_imports_no_blender(run_python):

@@ -31,6 +31,11 @@ KINDS = (
     Closure("phong_ramp", 20.0, lean=-0.3),
     Closure("phong_ramp", 2000.0, lean=-0.3),
     Closure("phong_ramp", 50.0, lean=-0.6),
+    Closure("ggx", 0.1, across=0.4),
+    Closure("ggx", 0.5, across=0.08, azimuth=0.7),
+    Closure("beckmann", 0.12, across=0.4, azimuth=-2.1),
+    Closure("phong_ramp", 40.0, tilt=0.35, azimuth=2.4),
+    Closure("phong_ramp", 3.0, tilt=0.6, azimuth=-0.3),
 )
 
 
@@ -50,19 +55,34 @@ class Term:
         """What value would be if no colours cancelled (n, 3)."""
         return self.closure.columns(wi, wo).T @ np.abs(self.colours)
 
+    @property
+    def has_direction(self):
+        """Whether there is more to it than the surface's normal."""
+        return bool(self.closure.lean or self.closure.tilt or self.closure.across)
+
+    def direction(self, theta_o):
+        """The closure's own normal (n, 3) at view angles (n,), or its tangent."""
+        closure = self.closure
+        if closure.across:
+            return np.tile([np.cos(closure.azimuth), np.sin(closure.azimuth), 0], (len(theta_o), 1))
+        return np.array(
+            [closure.normal(np.array([np.sin(theta), 0, np.cos(theta)])) for theta in theta_o]
+        )
+
     def source(self, index):
-        """OSL statements that add the closure to `sum`; a leaning one's normal is Axis<index>."""
+        """OSL statements that add the closure to `sum`; its own direction is Axis<index>."""
         colours = [f"color({r:.9g}, {g:.9g}, {b:.9g})" for r, g, b in self.colours / self.pick]
         parameter = f"{self.closure.parameter:.9g}"
-        axis = f"normalize(Axis{index})" if self.closure.lean else "N"
+        axis = f"normalize(Axis{index})" if self.has_direction else "N"
         if self.closure.kind == "phong_ramp":
             name = f"phong_ramp({axis}, {parameter}, colours{index})"
         elif self.closure.kind == "diffuse_ramp":
             name = f"diffuse_ramp({axis}, colours{index})"
         else:
             name = (
-                f"generalized_schlick_bsdf({axis}, vector(0), color(1), color(0), {parameter}, "
-                f'{parameter}, colours{index}[0], colours{index}[1], 5.0, "{self.closure.kind}")'
+                f"generalized_schlick_bsdf(N, {axis}, color(1), color(0), {parameter}, "
+                f"{self.closure.alphas[1]:.9g}, colours{index}[0], colours{index}[1], 5.0, "
+                f'"{self.closure.kind}")'
             )
         return (
             f"  color colours{index}[{len(colours)}] = {{{', '.join(colours)}}};\n"
@@ -109,7 +129,7 @@ def closure_facets(stage, script_material):
 
     def build(terms, theta_o, phi, **settings):
         frames = local_frames(theta_o, phi)
-        leaning = {i: term.closure for i, term in enumerate(terms) if term.closure.lean}
+        leaning = {i: term for i, term in enumerate(terms) if term.has_direction}
         sockets = "".join(f"    vector Axis{i} = vector(0),\n" for i in leaning)
         body = "".join(term.source(i) for i, term in enumerate(terms))
         material = script_material(
@@ -119,9 +139,8 @@ def closure_facets(stage, script_material):
         )
         scene = stage.facets(material, frames[..., 2, :], **settings)
         mesh = next(item.data for item in scene.objects if item.type == "MESH")
-        for i, closure in leaning.items():
-            tilt = np.array([closure.tilt(theta) for theta in theta_o])[:, None, None]
-            axis = np.sin(tilt) * frames[..., 0, :] + np.cos(tilt) * frames[..., 2, :]
+        for i, term in leaning.items():
+            axis = np.einsum("hi,hwij->hwj", term.direction(theta_o), frames)
             attribute = mesh.attributes.new(f"axis{i}", "FLOAT_VECTOR", "FACE")
             attribute.data.foreach_set("vector", axis.astype(np.float32).ravel())
         return scene
@@ -157,7 +176,8 @@ def check_evaluation(terms, view, stage, closure_facets, render):
     rng = np.random.default_rng(view)
     theta, first = np.radians(view), terms[0].closure
     # close to the distance at which the first lobe's peak is seen under the view angle
-    wo_to_wi = 2 * (theta - first.tilt(theta)) + np.radians(2)
+    towards_wo = first.leaning(theta) + first.tilt * np.cos(first.azimuth)
+    wo_to_wi = 2 * (theta - towards_wo) + np.radians(2)
     theta_o, phi = choose_directions(terms, wo_to_wi, rng)
     scene = closure_facets(terms, theta_o, phi, samples=1)
     stage.sun(scene, (np.sin(wo_to_wi), 0, np.cos(wo_to_wi)))
@@ -217,15 +237,18 @@ def test_evaluates_a_sum(name, stage, closure_facets, render):
 def albedo(terms, theta_o):
     """Integrals (3,) of value and magnitude over the light directions.
 
-    Midpoints around the mirror direction of the first term, dense there.
+    Midpoints around the mirror direction of the first term, dense there; half of them where both
+    sides of the plane of incidence are alike.
     """
     closure = terms[0].closure
-    n_t, n_phi = 1200, 60
+    alike = all(term.closure.turns_with_the_view for term in terms)
+    turn, n_phi = (np.pi, 60) if alike else (2 * np.pi, 300)
+    n_t = 1200
     t = (np.arange(n_t) + 0.5) / n_t
-    angle, phi = np.meshgrid(np.pi * t**3, np.pi * (np.arange(n_phi) + 0.5) / n_phi)
+    angle, phi = np.meshgrid(np.pi * t**3, turn * (np.arange(n_phi) + 0.5) / n_phi)
     solid_angle = np.sin(angle) * 3 * np.pi * t**2 / n_t * 2 * np.pi / n_phi
     x, y, z = np.sin(angle) * np.cos(phi), np.sin(angle) * np.sin(phi), np.cos(angle)
-    axis = 0 if closure.kind == "diffuse_ramp" else 2 * closure.tilt(theta_o) - theta_o
+    axis = 0 if closure.kind == "diffuse_ramp" else 2 * closure.leaning(theta_o) - theta_o
     cos_axis, sin_axis = np.cos(axis), np.sin(axis)
     wi = np.stack([x * cos_axis + z * sin_axis, y, z * cos_axis - x * sin_axis], -1).reshape(-1, 3)
     above = wi[:, 2] > 0

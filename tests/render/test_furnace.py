@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fitter.geometry import normalized
+from fitter.quadrature import view_quadrature
 from fitter.tables import directional_albedo
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.render.samplings import SAMPLINGS
 from tests.render.scenes import mean_and_noise, normals_at
 
@@ -68,3 +70,75 @@ def test_lobe_scales_and_diffuse_multiply(sampling, stage, new_material, render)
     mean, noise = show(stage, render, material, VIEWS, 128)
     assert (noise < 5e-3 * expected).all()
     assert (np.abs(mean - expected) < (1e-3 + sampling.error) * expected + 4 * noise).all()
+
+
+# ---- materials with a direction ----
+
+AZIMUTHS = np.radians([0, 50, 130, 245])
+
+
+def directed_views(views):
+    """Normals (n, 3) of facets seen from the view angles and azimuths, and their wo (n, 3).
+
+    The tangent is +X of the world within the surface.
+    """
+    theta, phi = (a.ravel() for a in np.meshgrid(views, AZIMUTHS, indexing="ij"))
+    normals = normals_at(theta, phi)
+    tangents = normalized(np.array([1.0, 0, 0]) - normals[:, :1] * normals)
+    frames = np.stack([tangents, np.cross(normals, tangents), normals], 1)
+    return normals, frames[..., 2]
+
+
+def directed_albedo(model, wo):
+    """Albedo (n, 3) at unit directions wo (n, 3)."""
+    rows = []
+    for direction in wo:
+        theta, phi = np.arccos(direction[2]), np.arctan2(direction[1], direction[0])
+        view = view_quadrature(theta, 90, 120, 2 * np.pi).turned(phi)
+        f_r = model.f_r(view.wi, np.broadcast_to(view.wo, view.wi.shape))
+        rows.append((view.solid_angle * view.wi[:, 2]) @ f_r)
+    return np.array(rows)
+
+
+def show_directed(stage, render, material, normals, samples):
+    """Mean and standard error (n, 3) of 64 facets for each normal under white light."""
+    group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+    group.inputs["Tangent"].default_value = (1, 0, 0)
+    facets = np.repeat(normals[:, None], 64, 1)
+    pixels = render(stage.facets(material, facets, samples, light=1.0))
+    return mean_and_noise(pixels[:, None])
+
+
+def directed_share(sampling):
+    """By how much of the light a sampling may be wrong: views of the base lie further apart."""
+    return 3 * sampling.error
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS, ids=str)
+@pytest.mark.parametrize("name", ANISOTROPIC_MODELS)
+def test_furnace_of_a_material_with_a_direction(name, sampling, stage, new_material, render):
+    model = ANISOTROPIC_MODELS[name]
+    normals, wo = directed_views(VIEWS[1:])
+    expected = directed_albedo(model, wo)
+    # the views do differ
+    assert np.ptp(expected[8:12], axis=0).max() > 0.005 * expected.max()
+    mean, noise = show_directed(
+        stage, render, new_material(model, sampling.name), normals, samples=128
+    )
+    assert (noise < 1e-2 * expected).all()
+    assert (
+        np.abs(mean - expected) < (2e-3 + directed_share(sampling)) * expected + 4 * noise
+    ).all()
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS, ids=str)
+@pytest.mark.parametrize("name", ANISOTROPIC_MODELS)
+def test_direction_does_not_brighten_at_grazing(name, sampling, stage, new_material, render):
+    model = ANISOTROPIC_MODELS[name]
+    normals, wo = directed_views(np.append(GRAZING_VIEWS, LAST_VIEW))
+    expected = directed_albedo(model, wo)
+    mean, noise = show_directed(
+        stage, render, new_material(model, sampling.name), normals, samples=64
+    )
+    assert (noise < 2e-2 * expected).all()
+    assert (mean < (1 + directed_share(sampling)) * expected + 4 * noise).all()

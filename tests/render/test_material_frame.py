@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fitter.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS
 
 MODEL = ANISOTROPIC_MODELS["brushed"]
@@ -32,8 +33,15 @@ def light(addon, tmp_path):
 def picture(addon, new_material, render, light):
     """Sphere of a model; inputs of its node by name, and what to do to its mesh."""
 
-    def show(model, inputs=None, prepare=lambda mesh: None, resolution=32, samples=16):
-        material = new_material(model)
+    def show(
+        model,
+        inputs=None,
+        prepare=lambda mesh: None,
+        resolution=32,
+        samples=16,
+        sampling="REFERENCE",
+    ):
+        material = new_material(model, sampling)
         for name, value in (inputs or {}).items():
             addon("material").find_group_node(material).inputs[name].default_value = value
         sphere = addon("standard_sphere")
@@ -87,11 +95,24 @@ def test_uv_map_gives_the_tangent(picture):
     assert differing(by_uv, picture(MODEL)) > 0.05
 
 
-def test_samplings_without_base_become_reference(addon, new_material):
-    material = new_material(MODEL, "NATIVE")
-    assert material.nfm.sampling == "REFERENCE"
-    material.nfm.sampling = "COSINE"
+def test_native_is_the_sampling_by_default(addon):
+    """As for isotropic materials, and its error is known."""
+    material = addon("material").build(FittedMaterial("test", MODEL))
+    assert material.nfm.sampling == "NATIVE"
+    assert 0 < material.nfm.native_error < 0.02
+    assert material.nfm.native_psnr > 40
     material.nfm.sampling = "EXACT"
-    assert material.nfm.sampling == "REFERENCE"
     script = addon("material").find_script_node(material)
-    assert script.inputs["Candidates"].default_value == 4
+    assert script.inputs["Candidates"].default_value == 2
+
+
+def test_native_turns_with_the_material(picture):
+    """Base lobes have the frame of the factors, which exact sampling shows."""
+    clean = {"resolution": 24, "samples": 256}
+    expected = picture(MODEL, {"Rotation": ROTATION}, sampling="EXACT", **clean)
+    native, other = (
+        picture(MODEL, {"Rotation": angle}, sampling="NATIVE", **clean)
+        for angle in (ROTATION, -ROTATION)
+    )
+    assert differing(native, expected) < 0.05
+    assert differing(other, expected) > 0.1

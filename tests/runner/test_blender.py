@@ -123,9 +123,13 @@ def test_fixtures_of_conftest(checkout):
     # what the fixtures look into; the stub add-on stays the one that registers
     for part in ("fitter", "osl"):
         shutil.copytree(CHECKOUT / part, checkout / part)
-    no_stub = shutil.ignore_patterns("__init__.py", "command_line.py")
+    stub = checkout / "nfm_addon"
+    stubbed = {path.name for path in stub.iterdir()}
     shutil.copytree(
-        CHECKOUT / "nfm_addon", checkout / "nfm_addon", False, no_stub, dirs_exist_ok=True
+        CHECKOUT / "nfm_addon",
+        stub,
+        ignore=lambda folder, _names: stubbed if Path(folder).name == "nfm_addon" else (),
+        dirs_exist_ok=True,
     )
     (tests / "test_fixtures.py").write_text(FIXTURE_TESTS)
     answer = run_python(checkout, "-m", "pytest", "-q", "-p", "no:cacheprovider")

@@ -15,6 +15,7 @@ def test_package_is_that_of_the_checkout(tmp_path):
     with zipfile.ZipFile(package) as archive:
         names = set(archive.namelist())
     assert {"blender_manifest.toml", "nfm_addon/panel.py", "fitter/job.py"} <= names
+    assert {"library/chm_mint.nfm.json", "library/chm_mint.png", "library/README.md"} <= names
     assert not [name for name in names if name.startswith(("tests/", "runner/"))]
 
 
@@ -31,8 +32,11 @@ def test_a_blender_that_is_none_is_told(tmp_path):
         ui_test._launcher(path, tmp_path)
 
 
+@pytest.mark.parametrize("session", ui_test.SESSIONS)
 @pytest.mark.parametrize("installing", [0, 3])
-def test_the_session_follows_the_installation_if_that_went_well(installing, tmp_path, monkeypatch):
+def test_the_session_follows_the_installation_if_that_went_well(
+    installing, session, tmp_path, monkeypatch
+):
     calls = []
 
     class Fake:
@@ -45,10 +49,11 @@ def test_the_session_follows_the_installation_if_that_went_well(installing, tmp_
     package = tmp_path / "nfm-1.zip"
     monkeypatch.setattr(ui_test, "build_package", lambda _folder: package)
     monkeypatch.setattr(ui_test, "_write_samples", lambda _folder: None)
-    assert ui_test._run(Fake(), tmp_path) == installing
+    assert ui_test._run(Fake(), tmp_path, session) == installing
     assert calls[0][-1] == "/project/nfm-1.zip"
     assert len(calls) == (1 if installing else 2)
-    assert {"session.py", "driver.py", "xdnd.py"} <= {path.name for path in tmp_path.iterdir()}
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {f"{session}.py", "driver.py", "xdnd.py"} <= names
 
 
 def test_without_a_window_it_is_skipped_only_if_asked(tmp_path, monkeypatch, capfd):
