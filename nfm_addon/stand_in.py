@@ -16,7 +16,8 @@ from . import live_nodes
 
 OUTPUT = "Stand-in"
 FRAME = "NFM Stand-in"
-BELOW = -2460  # where the nodes stand, under the curves
+LARGEST_COLOR = 1e6  # curves may ask for what single precision cannot hold
+ABOVE = 1200  # where the nodes begin, over the Script node; the curves are under it
 
 
 def put(group: bpy.types.ShaderNodeTree, model: Factors) -> StandIn:
@@ -58,7 +59,7 @@ def _make_nodes(group: bpy.types.ShaderNodeTree, n_lobes: int) -> None:
         node = group.nodes.new(kind)
         node.name = name
         node.parent = frame
-        node.location = (-400 + 240 * column, BELOW - 240 * row)
+        node.location = (-400 + 240 * column, ABOVE - 240 * row)
         return node
 
     facing = new("ShaderNodeLayerWeight", "NFM Stand-in Facing", 0, 0)
@@ -101,6 +102,7 @@ def _fill_ramp(ramp: bpy.types.ColorRamp, cosines: np.ndarray, colors: np.ndarra
             element.position = 1.0
         for element, position in zip(elements, positions, strict=True):
             element.position = position
-    for element, color in zip(elements, np.float32(colors).tolist(), strict=True):
+    shown = np.float32(np.minimum(colors, LARGEST_COLOR)).tolist()
+    for element, color in zip(elements, shown, strict=True):
         if tuple(element.color) != (*color, 1.0):
             element.color = (*color, 1.0)
