@@ -51,11 +51,12 @@ KIND_ITEMS = (
     ),
 )
 
+# Short enough for a sidebar.
 CAPTIONS = {
-    "NDF": "Facet angle 0 to 90\N{DEGREE SIGN}, square root; 4 decades",
-    "FRESNEL": "Angle to the light 0 to 90\N{DEGREE SIGN}; 0 to 1",
-    "MASKING": "Angle to the normal 0 to 90\N{DEGREE SIGN}; 0 to 1",
-    "SLICES": "View angle -90 to 90\N{DEGREE SIGN}; 4 decades",
+    "NDF": "Facets at 0 to 90\N{DEGREE SIGN}, 4 decades",
+    "FRESNEL": "Difference angle 0 to 90\N{DEGREE SIGN}",
+    "MASKING": "Angle to the normal 0 to 90\N{DEGREE SIGN}",
+    "SLICES": "View at -90 to 90\N{DEGREE SIGN}, 4 decades",
 }
 
 _LOBE_LEGEND = [(f"Lobe {lobe}", color) for lobe, color in enumerate(LOBES, 1)]

@@ -17,7 +17,7 @@ from . import live_nodes
 OUTPUT = "Stand-in"
 FRAME = "NFM Stand-in"
 LARGEST_COLOR = 1e6  # curves may ask for what single precision cannot hold
-BELOW = -2460  # where the nodes stand, under the curves
+ABOVE = 1200  # where the nodes begin, over the Script node; the curves are under it
 
 
 def put(group: bpy.types.ShaderNodeTree, model: Factors) -> StandIn:
@@ -59,7 +59,7 @@ def _make_nodes(group: bpy.types.ShaderNodeTree, n_lobes: int) -> None:
         node = group.nodes.new(kind)
         node.name = name
         node.parent = frame
-        node.location = (-400 + 240 * column, BELOW - 240 * row)
+        node.location = (-400 + 240 * column, ABOVE - 240 * row)
         return node
 
     facing = new("ShaderNodeLayerWeight", "NFM Stand-in Facing", 0, 0)

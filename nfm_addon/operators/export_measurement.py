@@ -30,7 +30,12 @@ class NFM_OT_export_measurement(OwnMaterialOperator, bpy.types.Operator, ExportH
     bl_options = {"REGISTER"}
 
     filename_ext = ""
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="The .binary or .bin file to write",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default="*.binary;*.bin", options={"HIDDEN"})
     edited: BoolProperty(
         name="With Edits",

@@ -7,17 +7,16 @@ from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
-from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.props import BoolProperty, StringProperty
 from bpy.utils import register_classes_factory
 
 from ...fitter import batch
 from ...fitter.errors import NfmError
-from ...fitter.quality import DEFAULT_QUALITY
+from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting.folder import FolderImport, FolderItem
 from ..fitting.queue import Job, queue
 from ..formats import FILE_FILTER
 from ..preferences import library_folder, preferences_of
-from ..properties import AUTOMATIC, ENCODING_ITEMS, QUALITY_ITEMS
 
 
 class NFM_OT_import_folder(bpy.types.Operator):
@@ -32,7 +31,12 @@ class NFM_OT_import_folder(bpy.types.Operator):
     )
     bl_options = {"REGISTER"}
 
-    directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})
+    directory: StringProperty(
+        name="Folder",
+        description="Folder of measured files",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default=FILE_FILTER, options={"HIDDEN"})
     output: StringProperty(
         name="Output",
@@ -41,30 +45,15 @@ class NFM_OT_import_folder(bpy.types.Operator):
         subtype="DIR_PATH",
         options={"SKIP_SAVE"},
     )
-    quality: EnumProperty(
-        name="Quality",
-        description="How long each fit may take",
-        items=QUALITY_ITEMS,
-        default=DEFAULT_QUALITY.upper(),
-    )
-    encoding: EnumProperty(
-        name="Encoding",
-        description="How the numbers of UTIA files (.bin, .exr) are taken; other formats have no "
-        "choice",
-        items=ENCODING_ITEMS,
-        default=AUTOMATIC,
-    )
+    quality: quality_option("How long each fit may take")
+    encoding: encoding_option()
     show: BoolProperty(
         name="Add to Asset Libraries",
         description="Show the output folder in the asset browser, by adding it to the asset "
         "libraries of the preferences",
         default=True,
     )
-    wait: BoolProperty(
-        name="Wait",
-        description="Return when all is finished; always so in the background",
-        options={"HIDDEN", "SKIP_SAVE"},
-    )
+    wait: wait_option()
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         if not self.properties.is_property_set("quality"):
@@ -91,7 +80,9 @@ class NFM_OT_import_folder(bpy.types.Operator):
             return self._fit_all(folder)
         for job in folder.jobs:
             landing = FolderItem(folder, job)
-            queue.add(Job(str(job.path), self.quality.lower(), landing, self._encoding()))
+            queue.add(
+                Job(str(job.path), self.quality.lower(), landing, encoding_name(self.encoding))
+            )
         bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
         return {"FINISHED"}
 
@@ -103,11 +94,10 @@ class NFM_OT_import_folder(bpy.types.Operator):
         jobs = batch.jobs_of(source, output)  # before a folder is made for nothing
         return batch.made_folder(output), jobs
 
-    def _encoding(self) -> str | None:
-        return None if self.encoding == AUTOMATIC else self.encoding
-
     def _fit_all(self, folder: FolderImport) -> set[str]:
-        settings = batch.Settings(quality=self.quality.lower(), encoding=self._encoding())
+        settings = batch.Settings(
+            quality=self.quality.lower(), encoding=encoding_name(self.encoding)
+        )
         for job in folder.jobs:
             message = folder.take(batch.fit_one(job, settings))
         self.report({"INFO"}, message)

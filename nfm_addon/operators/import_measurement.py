@@ -12,7 +12,8 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProp
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ImportHelper
 
-from ...fitter.errors import NfmError
+from ...fitter import readers
+from ...fitter.errors import MeasurementError, NfmError
 from ...fitter.fit_file import is_parameter_file, material_from_file
 from .. import drop, formats
 from ..assignment import targets_of
@@ -111,7 +112,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             if waits or is_parameter_file(path):
                 done += self._land(context, place)
             else:
-                queue.add(Job(path, self.quality.lower(), place, encoding_name(self.encoding)))
+                queue.add(Job(path, self.quality.lower(), place, self._encoding_of(path)))
                 done += 1
         if queue.jobs and not waits:
             bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
@@ -123,6 +124,13 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
             return [str(folder / item.name) for item in self.files]
         return [bpy.path.abspath(self.filepath)]
 
+    def _encoding_of(self, path: str) -> str | None:
+        """As chosen, for files that have a choice: several formats may come at once."""
+        try:
+            return readers.offered_encoding(path, encoding_name(self.encoding))
+        except MeasurementError:
+            return None  # the reader says what is wrong with the file
+
     def _land(self, context: bpy.types.Context, place: landing.NewMaterial) -> bool:
         """Fit or load at once; whether that went well."""
         progress = context.window_manager
@@ -130,7 +138,7 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         try:
             fitted = material_from_file(
                 place.path,
-                encoding=encoding_name(self.encoding),
+                encoding=self._encoding_of(place.path),
                 quality=self.quality.lower(),
                 on_step=lambda step: progress.progress_update(step.progress),
             )

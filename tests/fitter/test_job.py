@@ -11,7 +11,7 @@ from fitter import job, parameter_file, synthetic
 from fitter.quality import QUALITIES, Quality
 from runner.environment import CHECKOUT
 
-SHORT = Quality(1, 1, 0, 1, 0, 45, 90, 1, 90)
+SHORT = Quality(1, 1, 0, 1, 0, 0, 45, 90, 1, 90)
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,9 @@ def short(extension, monkeypatch, addon):
     """Fits that take a moment, in this process and in others."""
     quality = importlib.import_module(f"{extension.__name__}.fitter.quality")
     for name in ("draft", "standard"):
-        monkeypatch.setitem(quality.QUALITIES, name, quality.Quality(1, 1, 0, 1, 0, 45, 90, 0, 90))
+        monkeypatch.setitem(
+            quality.QUALITIES, name, quality.Quality(1, 1, 0, 1, 0, 0, 45, 90, 0, 90)
+        )
     monkeypatch.setattr(addon("fitting.process"), "CODE", SHORT_FITS)
 
 

@@ -511,3 +511,18 @@ def test_anisotropic_material_has_base_lobes_and_a_frame(import_file, blender, t
     (group,) = blender.data.node_groups
     inputs = [item.name for item in group.interface.items_tree if item.in_out == "INPUT"]
     assert inputs[-3:] == ["Normal", "Tangent", "Rotation"]
+
+
+def test_an_encoding_is_for_files_that_have_a_choice(addon, import_file, tmp_path, monkeypatch):
+    asked = []
+
+    def fit(path, *, encoding, **_options):
+        asked.append(encoding)
+        raise addon("errors").ShaderError(f"{path}: not fitted")
+
+    monkeypatch.setattr(addon("operators.import_measurement"), "material_from_file", fit)
+    for name in ("a.bin", "b.binary"):
+        (tmp_path / name).write_bytes(bytes(100))
+        with pytest.raises(RuntimeError, match="not fitted"):
+            import_file(tmp_path / name, encoding="srgb-140")
+    assert asked == ["srgb-140", None]

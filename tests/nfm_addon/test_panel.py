@@ -181,7 +181,7 @@ def test_shows_everything_in_order(material, drawn):
         ("label", "Plot", "NONE"),
         ("prop", "kind"),
         ("icon", 12.0),
-        ("label", "Facet angle 0 to 90\N{DEGREE SIGN}, square root; 4 decades", "NONE"),
+        ("label", "Facets at 0 to 90\N{DEGREE SIGN}, 4 decades", "NONE"),
         *(("label", f"Lobe {lobe}", "NONE") for lobe in (1, 2, 3)),
         ("prop", "size"),
     ]
