@@ -16,6 +16,7 @@ from . import live_nodes
 
 OUTPUT = "Stand-in"
 FRAME = "NFM Stand-in"
+LARGEST_COLOR = 1e6  # curves may ask for what single precision cannot hold
 ABOVE = 1200  # where the nodes begin, over the Script node; the curves are under it
 
 
@@ -101,6 +102,7 @@ def _fill_ramp(ramp: bpy.types.ColorRamp, cosines: np.ndarray, colors: np.ndarra
             element.position = 1.0
         for element, position in zip(elements, positions, strict=True):
             element.position = position
-    for element, color in zip(elements, np.float32(colors).tolist(), strict=True):
+    shown = np.float32(np.minimum(colors, LARGEST_COLOR)).tolist()
+    for element, color in zip(elements, shown, strict=True):
         if tuple(element.color) != (*color, 1.0):
             element.color = (*color, 1.0)

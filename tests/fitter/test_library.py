@@ -56,7 +56,7 @@ def test_shipped_fits(key):
     entry, material = BY_KEY[key], shipped(BY_KEY[key])
     assert material.name == entry.title
     assert material.fit["quality"] == "standard"
-    assert material.fit["mean_log_error"] < 0.35
+    assert material.fit["mean_log_error"] < 0.6
     if material.model.kind == "isotropic":
         assert largest_directional_albedo(material.model) <= 1.001
     if entry.is_measured:

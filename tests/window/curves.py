@@ -138,7 +138,6 @@ def drag_a_handle(window, region):
     assert module("editing").is_drafted(material())
     moved = [new for old, new in zip(before, handles(), strict=True) if old != new]
     assert moved
-    yield from window.picture("dragged")
     window.key("Z", ctrl=True)
     yield from window.until("the curve is back", lambda: handles() == before, pause=0.5)
     yield from window.until(

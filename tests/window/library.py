@@ -46,6 +46,11 @@ def install(window):
     view = window.area("VIEW_3D")
     with bpy.context.temp_override(window=window.window, area=view, region=view.regions[-1]):
         bpy.ops.nfm.install_library("INVOKE_DEFAULT")
+    folder = LIBRARY.installed_folder()
+    for number in (10, 20, 30):  # each within the patience of a window
+        yield from window.until(
+            f"{number} materials are made", lambda n=number: len(list(folder.glob("*.blend"))) >= n
+        )
     yield from window.until("the library is installed", LIBRARY.registered, pause=0.5)
 
 
@@ -54,8 +59,6 @@ def browse(window):
     area = window.area("FILE_BROWSER")
     parameters = area.spaces.active.params
     parameters.asset_library_reference = LIBRARY.NAME
-    parameters.display_size = 96
-    parameters.show_details_tags = False
     yield 3
     with bpy.context.temp_override(window=window.window, area=area):
         bpy.ops.asset.library_refresh()
