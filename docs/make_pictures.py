@@ -21,7 +21,7 @@ from runner.blender import load_extension  # noqa: E402
 SAMPLES = ("copper-paint", "glossy-plastic", "velvet")
 EDITED = "copper-paint"
 RESOLUTION = 400
-SAMPLES_PER_PIXEL = 384
+SAMPLES_PER_PIXEL = 64
 IMAGES = CHECKOUT / "docs" / "images"
 
 Load = Callable[[str], ModuleType]
