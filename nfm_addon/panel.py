@@ -170,9 +170,9 @@ def _draw_actions(layout: bpy.types.UILayout) -> None:
     column = layout.column(align=True)
     for names in (
         ("refit", "replace_measurement"),
-        ("reset_material",),
         ("export_parameters", "export_measurement"),
         ("save_edits", "load_edits"),
+        ("reset_material",),
     ):
         row = column.row(align=True)
         for name in names:

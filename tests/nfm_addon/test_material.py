@@ -231,7 +231,7 @@ def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkey
     before = (script.script.as_string(), script.bytecode, script.bytecode_hash)
     links = len(script.id_data.links)
     monkeypatch.setattr(
-        addon("editing"),
+        addon("editing.shader"),
         "new_surface",
         lambda *_, **__: addon("shader_source").Surface(BROKEN_SHADER, None),
     )
@@ -308,7 +308,7 @@ def test_failed_change_of_sampling_leaves_candidates(addon, build, script_of, mo
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
     surface = addon("shader_source").Surface(BROKEN_SHADER, None)
-    monkeypatch.setattr(addon("editing"), "new_surface", lambda *_, **__: surface)
+    monkeypatch.setattr(addon("editing.shader"), "new_surface", lambda *_, **__: surface)
     material.nfm.sampling = "REFERENCE"
     assert script_of(material).inputs["Candidates"].default_value == 7
     assert "nfm: Cycles could not compile" in capfd.readouterr().out

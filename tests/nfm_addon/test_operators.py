@@ -60,7 +60,7 @@ def test_a_model_whose_shader_does_not_compile_is_not_taken(
 ):
     before = item.nfm.parameters
     surface = addon("shader_source").Surface("shader broken(", None)
-    monkeypatch.setattr(addon("editing"), "new_surface", lambda *_, **__: surface)
+    monkeypatch.setattr(addon("editing.shader"), "new_surface", lambda *_, **__: surface)
     with pytest.raises(RuntimeError, match="could not compile"):
         blender.ops.nfm.replace_measurement(filepath=metal_path)
     assert item.nfm.parameters == before

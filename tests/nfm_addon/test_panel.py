@@ -170,11 +170,11 @@ def test_shows_everything_in_order(material, drawn):
             for name in (
                 "refit",
                 "replace_measurement",
-                "reset_material",
                 "export_parameters",
                 "export_measurement",
                 "save_edits",
                 "load_edits",
+                "reset_material",
                 "install_library",
             )
         ),

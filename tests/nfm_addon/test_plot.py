@@ -92,6 +92,7 @@ def test_icons_are_drawn_anew_only_for_another_model(addon, fitted, monkeypatch)
     drawn = []
     white = np.ones((256, 256, 4), np.float32)
     monkeypatch.setitem(module.PLOTS, "NDF", lambda *models: drawn.append(models) or white)
+    monkeypatch.setattr(module.icons, "_drawn", {})
     first, second = addon("material").build(fitted), addon("material").build(fitted)
     second.nfm.slices = "other"
     for item in (first, first, second, first):
@@ -105,6 +106,7 @@ def test_icons_follow_edits(addon, fitted, monkeypatch):
     drawn = []
     white = np.ones((256, 256, 4), np.float32)
     monkeypatch.setitem(module.PLOTS, "NDF", lambda *models: drawn.append(models) or white)
+    monkeypatch.setattr(module.icons, "_drawn", {})
     item = addon("material").build(fitted)
     item.nfm.edit.lobe_1.width = 2.0
     addon("live").flush()
