@@ -82,10 +82,10 @@ def edited_materials(studio: Studio) -> Iterator[object]:
     material = studio.material(EDITED)
     edit = material.nfm.edit
     yield material
-    edit.lobe_1.width = 3.0
+    edit.lobe_1.width = 4.0
     yield material
     set_sliders(edit, sliders)
-    edit.lobe_1.haze = edit.lobe_2.haze = 0.7
+    edit.lobe_1.haze = 0.8
     yield material
     set_sliders(edit, sliders)
     edit.edge_tint, edit.edge_strength = (0.15, 0.4, 1.0), 5.0
