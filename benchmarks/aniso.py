@@ -2,10 +2,10 @@
 """Fits of synthetic anisotropic materials, graded over the data and by pictures.
 
 The materials are closed formulas written as UTIA files with lognormal noise and negative values;
-nothing was measured. Pictures (fitter/framed_scene.py) are a sphere, whose tangent is the direction
-of increasing longitude, and a hanging cloth, both in Grove. They are graded against two references:
-the table as read from the file, interpolated linearly in all four angles and constant beyond 75
-degrees, and the formula without noise.
+nothing was measured. Pictures (fitter/pictures/framed_scene.py) are a sphere, whose tangent is the
+direction of increasing longitude, and a hanging cloth, both in Grove. They are graded against two
+references: the table as read from the file, interpolated linearly in all four angles and constant
+beyond 75 degrees, and the formula without noise.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import parameter_file, readers
-from fitter.anisotropic_metrics import tabulate
-from fitter.framed_scene import FramedScene, cloth_scene, sphere_scene
-from fitter.metrics import numeric_psnr
-from fitter.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY
-from fitter.sphere import RESOLUTION, rendered_psnr
+from fitter.fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY
+from fitter.formats import parameter_file, readers
+from fitter.grading.anisotropic_metrics import tabulate
+from fitter.grading.metrics import numeric_psnr
+from fitter.pictures.framed_scene import FramedScene, cloth_scene, sphere_scene
+from fitter.pictures.sphere import RESOLUTION, rendered_psnr
 
 from . import planted, shared_data
 from .fit import PLANTED, environment_maps, timed_fit

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Error of the base lobes, which are what native sampling shows, against the model.
 
-Pictures of a sphere under a map without noise (fitter/base_error.py), the map box-filtered to
-256 x 128. Fits are made once and kept with --fits.
+Pictures of a sphere under a map without noise (fitter/shading/base_error.py), the map box-filtered
+to 256 x 128. Fits are made once and kept with --fits.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter.base_error import base_error
-from fitter.base_lobes import fit_base_lobes
-from fitter.sphere import box_filtered
+from fitter.pictures.sphere import box_filtered
+from fitter.shading.base_error import base_error
+from fitter.shading.base_lobes import fit_base_lobes
 
 from . import shared_data
 from .expected import Environment

@@ -19,15 +19,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitter import fit, weights
-from fitter.appearance import AppearanceError
+from fitter.fitting import fit, weights
+from fitter.fitting.appearance import AppearanceError
+from fitter.fitting.problem import Problem
+from fitter.fitting.quality import DEFAULT_QUALITY, QUALITIES
 from fitter.geometry import HALF_PI, merl_bins
+from fitter.grading.metrics import tabulate
 from fitter.measurement import Measurement
-from fitter.metrics import tabulate
-from fitter.model import FactorModel
-from fitter.problem import Problem
-from fitter.quality import DEFAULT_QUALITY, QUALITIES
-from fitter.sphere import SphereScene, rendered_psnr
+from fitter.models.model import FactorModel
+from fitter.pictures.sphere import SphereScene, rendered_psnr
 
 from . import shared_data
 from .fit import environment_maps

@@ -15,10 +15,10 @@ from typing import Protocol
 
 import numpy as np
 
-from fitter.factors import Factors
 from fitter.geometry import normalized
-from fitter.stand_in import without_direction
-from fitter.tables import SamplingTables, sampling_tables, versine_nodes
+from fitter.models.factors import Factors
+from fitter.models.tables import SamplingTables, sampling_tables, versine_nodes
+from fitter.shading.stand_in import without_direction
 
 from .lights import LAMP_POSITION, LAMP_WATTS, Light
 

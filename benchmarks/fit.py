@@ -3,10 +3,10 @@
 
 Each material is written as a MERL file and fitted by `python -m fitter fit`, a process of its own
 whose CPU seconds (fitting and grading, without reading the file) and peak memory are taken.
-Rendered PSNR: fitter/sphere.py under Grace Cathedral and Eucalyptus Grove, against the table of the
-file (raw) and against the mean of both directions of each pair (recip): the networks behind the
-files are not quite reciprocal, any BRDF model is. fitter/limits.py and fitter/readability.py say
-what the other columns are.
+Rendered PSNR: fitter/pictures/sphere.py under Grace Cathedral and Eucalyptus Grove, against the
+table of the file (raw) and against the mean of both directions of each pair (recip): the networks
+behind the files are not quite reciprocal, any BRDF model is. fitter/fitting/limits.py and
+fitter/grading/readability.py say what the other columns are.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import merl, parameter_file
-from fitter.limits import limits
-from fitter.metrics import tabulate
-from fitter.prior import DEFAULT_STRENGTH
-from fitter.quality import DEFAULT_QUALITY, QUALITIES
-from fitter.readability import readability
-from fitter.sphere import SphereScene, rendered_psnr
-from fitter.weights import DEFAULT_WEIGHT, WEIGHTS
+from fitter.fitting.limits import limits
+from fitter.fitting.prior import DEFAULT_STRENGTH
+from fitter.fitting.quality import DEFAULT_QUALITY, QUALITIES
+from fitter.fitting.weights import DEFAULT_WEIGHT, WEIGHTS
+from fitter.formats import merl, parameter_file
+from fitter.grading.metrics import tabulate
+from fitter.grading.readability import readability
+from fitter.pictures.sphere import SphereScene, rendered_psnr
 from runner.blender import load_extension
 
 from . import planted, shared_data

@@ -15,10 +15,10 @@ import time
 from importlib import import_module
 from pathlib import Path
 
-from fitter import parameter_file
 from fitter.errors import NfmError
-from fitter.job import DRAFT, FINAL
-from fitter.parameter_file import FittedMaterial
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.jobs.job import DRAFT, FINAL
 from runner.blender import load_extension
 
 from . import shared_data

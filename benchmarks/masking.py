@@ -25,18 +25,18 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter.geometry import HALF_PI, merl_bins
-from fitter.metrics import tabulate
-from fitter.model import FactorModel
-from fitter.nnls import solve_nonnegative
-from fitter.problem import Problem, amplitudes
-from fitter.sphere import SphereScene, rendered_psnr
-from fitter.updates import (
+from fitter.fitting.problem import Problem, amplitudes
+from fitter.fitting.updates import (
     masking_normal_equations,
     update_diffuse_and_scale,
     update_fresnel,
     update_ndf,
 )
+from fitter.geometry import HALF_PI, merl_bins
+from fitter.grading.metrics import tabulate
+from fitter.models.model import FactorModel
+from fitter.nnls import solve_nonnegative
+from fitter.pictures.sphere import SphereScene, rendered_psnr
 
 from . import shared_data
 from .fit import environment_maps

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sphere of fitter/sphere.py without tables, for materials sharper than a map's texel.
+"""The sphere of fitter/pictures/sphere.py without tables, for materials sharper than a map's texel.
 
 There a table is looked up once per texel of 128 x 64. A lobe much narrower than that falls between
 the directions or on one of them, whatever the BRDF, and the picture is moire. Here the integral
@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitter.adaptive_brdf import AdaptiveBrdf
-from fitter.sphere import LitScene, local_frame, texel_index
+from fitter.formats.adaptive_brdf import AdaptiveBrdf
+from fitter.pictures.sphere import LitScene, local_frame, texel_index
 
 Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

@@ -14,11 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitter import fit
+from fitter.fitting import fit
+from fitter.fitting.quality import DEFAULT_QUALITY, QUALITIES
+from fitter.grading.metrics import tabulate
 from fitter.measurement import Measurement
-from fitter.metrics import tabulate
-from fitter.quality import DEFAULT_QUALITY, QUALITIES
-from fitter.sphere import SphereScene, rendered_psnr
+from fitter.pictures.sphere import SphereScene, rendered_psnr
 
 from . import shared_data
 from .fit import environment_maps

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import anisotropic_metrics, merl, polar_grid, utia
-from fitter.anisotropic_model import AnisotropicModel
+from fitter import polar_grid
+from fitter.formats import merl, utia
 from fitter.geometry import merl_bins, theta_d_centres, theta_h_centres
-from fitter.metrics import tabulate
-from fitter.model import FactorModel
-from fitter.splines import masking_nodes
+from fitter.grading import anisotropic_metrics
+from fitter.grading.metrics import tabulate
+from fitter.models.anisotropic_model import AnisotropicModel
+from fitter.models.model import FactorModel
+from fitter.models.splines import masking_nodes
 
 
 def model() -> FactorModel:

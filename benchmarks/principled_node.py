@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Inputs of Blender's Principled BSDF that look like a fitted material: what it is compared with.
 
-fitter/principled.py is a model with a free F90, fitted to measured bins like ours and graded
-without rendering. This gives what the node takes, so that Cycles can render it.
+fitter/baselines/principled.py is a model with a free F90, fitted to measured bins like ours and
+graded without rendering. This gives what the node takes, so that Cycles can render it.
 
 The match is a least-squares fit of Lambert + GGX to f cos(theta_i) at three view angles,
 
@@ -28,10 +28,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitter.closures import Closure
 from fitter.line_search import least_around_nodes
 from fitter.nnls import solve_nonnegative
 from fitter.quadrature import HalfVectors
+from fitter.shading.closures import Closure
 
 VIEW_ANGLES = np.radians([10.0, 30.0, 50.0])
 ALPHAS = np.geomspace(0.004, 1.0, 34)

@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import parameter_file
 from fitter.errors import NfmError
+from fitter.formats import parameter_file
 from runner.blender import load_extension
 
 from . import principled_node, render_report, shared_data

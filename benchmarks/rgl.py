@@ -11,7 +11,8 @@ direction. Two grades:
   Every picture is the mean of two with other seeds; its noise is the PSNR of these two, less what
   the mean gains (6 dB).
 
-PSNR as fitter/sphere.py: exposure by the reference, gamma 2.2, peak 1. What is done is kept.
+PSNR as fitter/pictures/sphere.py: exposure by the reference, gamma 2.2, peak 1. What is done is
+kept.
 """
 
 from __future__ import annotations
@@ -27,10 +28,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import fit_file, parameter_file, readers, rgl
 from fitter.errors import NfmError
-from fitter.parameter_file import FittedMaterial
-from fitter.sphere import LitScene, rendered_psnr, sphere_normals
+from fitter.formats import parameter_file, readers, rgl
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.jobs import fit_file
+from fitter.pictures.sphere import LitScene, rendered_psnr, sphere_normals
 from runner.blender import load_extension
 
 from . import measured_sphere, mitsuba_sphere, rgl_report, shared_data
@@ -158,7 +160,9 @@ def _rendered(
         if fitted is None:
             raise NfmError(f"{name}: its pictures are not there; render them first")
         # as Blender's own copy of the package knows it
-        loads = import_module(".fitter.parameter_file", addon.removesuffix(".nfm_addon")).loads
+        loads = import_module(
+            ".fitter.formats.parameter_file", addon.removesuffix(".nfm_addon")
+        ).loads
         material = loads(parameter_file.dumps(fitted))
         pictures = {}
         for sampling in SAMPLINGS:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitter.sphere import DISPLAY_GAMMA, display
+from fitter.pictures.sphere import DISPLAY_GAMMA, display
 
 # Heading, key of the row, what it is.
 COLUMNS = (

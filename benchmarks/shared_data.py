@@ -13,9 +13,10 @@ from types import ModuleType
 
 import numpy as np
 
-from fitter import fit_file, parameter_file, readers
 from fitter.anisotropic_measurement import AnisotropicMeasurement
 from fitter.errors import NfmError
+from fitter.formats import parameter_file, readers
+from fitter.jobs import fit_file
 from fitter.measurement import Measurement
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter.base_error import N_AZIMUTHS, N_RINGS, sphere_rings
-from fitter.base_lobes import BaseLobes, fit_base_lobes
 from fitter.geometry import normalized
-from fitter.model import FactorModel
+from fitter.models.model import FactorModel
+from fitter.models.tables import lobe_albedo, sampling_tables, versine_nodes
+from fitter.pictures.sphere import rendered_psnr
 from fitter.quadrature import ViewQuadrature
-from fitter.sphere import rendered_psnr
-from fitter.tables import lobe_albedo, sampling_tables, versine_nodes
+from fitter.shading.base_error import N_AZIMUTHS, N_RINGS, sphere_rings
+from fitter.shading.base_lobes import BaseLobes, fit_base_lobes
 from osl.generate import (
     COSINE_SHARE,
     KERNELS_PER_DIRECTION,

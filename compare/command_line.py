@@ -14,14 +14,15 @@ from types import ModuleType
 import numpy as np
 
 from benchmarks import shared_data
-from fitter import batch, readers
 from fitter import command_line as fitter_command_line
 from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
-from fitter.fit_file import material_name
-from fitter.progress import Progress
-from fitter.quality import DEFAULT_QUALITY, QUALITIES
-from fitter.weights import DEFAULT_WEIGHT, WEIGHTS
+from fitter.fitting.quality import DEFAULT_QUALITY, QUALITIES
+from fitter.fitting.weights import DEFAULT_WEIGHT, WEIGHTS
+from fitter.formats import readers
+from fitter.jobs import batch
+from fitter.jobs.fit_file import material_name
+from fitter.jobs.progress import Progress
 
 from . import pool, report
 from .mesh import read_ply

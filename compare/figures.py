@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fitter.geometry import theta_d_centres, theta_h_centres
-from fitter.model import FactorModel
-from fitter.slices import INCIDENCE, THETA_O
-from fitter.sphere import display
-from fitter.splines import masking_nodes
+from fitter.grading.slices import INCIDENCE, THETA_O
+from fitter.models.model import FactorModel
+from fitter.models.splines import masking_nodes
+from fitter.pictures.sphere import display
 
 from .grading import Result
 from .models import CONTENDERS, INDEPENDENT_G

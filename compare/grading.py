@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitter.fit_file import material_name
-from fitter.independent_g import IndependentG
+from fitter.baselines.independent_g import IndependentG
+from fitter.grading.metrics import mean_log_error, numeric_psnr, relative_objective, tabulate
+from fitter.grading.slices import measured_slices, model_slices
+from fitter.jobs.fit_file import material_name
 from fitter.measurement import Measurement
-from fitter.metrics import mean_log_error, numeric_psnr, relative_objective, tabulate
-from fitter.model import FactorModel
-from fitter.slices import measured_slices, model_slices
-from fitter.sphere import LitScene, rendered_psnr
+from fitter.models.model import FactorModel
+from fitter.pictures.sphere import LitScene, rendered_psnr
 
 from .models import CONTENDERS, Settings
 

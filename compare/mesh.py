@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which points of a mesh a camera sees: one ray through each pixel's centre, in numpy.
 
-The view is orthographic along -z with +y up, as that of fitter/sphere.py, so that a ray hits a
-triangle where the pixel's centre lies inside its outline. Shading normals are interpolated from
-the vertices, as a renderer's smooth shading does.
+The view is orthographic along -z with +y up, as that of fitter/pictures/sphere.py, so that a ray
+hits a triangle where the pixel's centre lies inside its outline. Shading normals are interpolated
+from the vertices, as a renderer's smooth shading does.
 """
 
 from __future__ import annotations

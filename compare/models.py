@@ -7,10 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from fitter import bivariate, fit, independent_g, principled
+from fitter.baselines import bivariate, independent_g, principled
+from fitter.fitting import fit
+from fitter.fitting.quality import DEFAULT_QUALITY
+from fitter.grading.metrics import Brdf
 from fitter.measurement import Measurement
-from fitter.metrics import Brdf
-from fitter.quality import DEFAULT_QUALITY
 
 
 class Fitted(Brdf, Protocol):

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
 
-from fitter import readers, workers
 from fitter.errors import NfmError, shown_name
-from fitter.sphere import LitScene
+from fitter.formats import readers
+from fitter.jobs import workers
+from fitter.pictures.sphere import LitScene
 
 from .grading import grade
 from .models import Settings

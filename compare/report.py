@@ -12,7 +12,7 @@ import numpy as np
 
 from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
-from fitter.sphere import EXPOSURE
+from fitter.pictures.sphere import EXPOSURE
 
 from . import scenes as scene_module
 from .document import (

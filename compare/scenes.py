@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The two scenes of Peng et al. 2017, section 3.1: a sphere in Grace, the Buddha in Grove.
 
-Pictures are exact sums over the texels of the map (fitter/sphere.py), so nothing is noisy. There
-are no shadows and no interreflections: what differs between pictures is the BRDF.
+Pictures are exact sums over the texels of the map (fitter/pictures/sphere.py), so nothing is noisy.
+There are no shadows and no interreflections: what differs between pictures is the BRDF.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitter.sphere import ENVIRONMENT_SHAPE, LitScene, SphereScene, box_filtered
+from fitter.pictures.sphere import ENVIRONMENT_SHAPE, LitScene, SphereScene, box_filtered
 
 from . import mesh
 
@@ -25,7 +25,7 @@ class SceneSource:
     """What a scene is made of; small enough to be handed to other processes.
 
     name : for people, such as "sphere in Grace"
-    environment : (64, 128, 3) radiance, as fitter/sphere.py wants it
+    environment : (64, 128, 3) radiance, as fitter/pictures/sphere.py wants it
     triangles : vertices (n, 3) and faces (m, 3) of a mesh; a sphere without
     """
 

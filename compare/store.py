@@ -21,8 +21,8 @@ import numpy as np
 
 from fitter.errors import NfmError, shown_name
 from fitter.files import write_atomically
-from fitter.model import FactorModel
-from fitter.slices import INCIDENCE, THETA_O
+from fitter.grading.slices import INCIDENCE, THETA_O
+from fitter.models.model import FactorModel
 
 from .grading import FACTORS, Grades, Result
 from .models import KEYS, Settings

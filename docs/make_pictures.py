@@ -40,7 +40,7 @@ class Studio:
         """A new material of a synthetic sample."""
         measured = self._folder / f"{sample}.binary"
         self.load("fitter.synthetic").write_sample(measured, sample)
-        fitted = self.load("fitter.fit_file").material_from_file(measured)
+        fitted = self.load("fitter.jobs.fit_file").material_from_file(measured)
         return self.load("nfm_addon.material").build(fitted)
 
     def picture(self, material: object) -> np.ndarray:
@@ -77,7 +77,7 @@ def edited_materials(studio: Studio) -> Iterator[object]:
     """One material as measured, then under five edits, each alone."""
     editing, nodes = studio.load("nfm_addon.editing"), studio.load("nfm_addon.curve_nodes")
     set_sliders = studio.load("nfm_addon.edit_properties").set_sliders
-    sliders = studio.load("fitter.edits").Sliders()
+    sliders = studio.load("fitter.editing.edits").Sliders()
     velvet = editing.fitted_material(studio.material("velvet"))
     material = studio.material(EDITED)
     edit = material.nfm.edit
@@ -97,7 +97,7 @@ def edited_materials(studio: Studio) -> Iterator[object]:
     yield material
     editing.reset_curves(material)
     edit.blend_name = "velvet"
-    edit.blend_parameters = studio.load("fitter.parameter_file").dumps(velvet)
+    edit.blend_parameters = studio.load("fitter.formats.parameter_file").dumps(velvet)
     edit.blend = 0.6
     yield material
 

@@ -13,18 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-from . import batch, cluster, export, parameter_file, readers, utia
-from .base_error import base_error
-from .base_lobes import fit_base_lobes
 from .errors import NfmError, printable, shown_name
-from .factors import Factors
 from .files import write_atomically
-from .fit_file import fit_measurement
-from .parameter_file import FittedMaterial
-from .prior import DEFAULT_STRENGTH
-from .progress import Progress
-from .quality import DEFAULT_QUALITY, QUALITIES
-from .weights import DEFAULT_WEIGHT, WEIGHTS
+from .fitting.prior import DEFAULT_STRENGTH
+from .fitting.quality import DEFAULT_QUALITY, QUALITIES
+from .fitting.weights import DEFAULT_WEIGHT, WEIGHTS
+from .formats import export, parameter_file, readers, utia
+from .formats.parameter_file import FittedMaterial
+from .jobs import batch, cluster
+from .jobs.fit_file import fit_measurement
+from .jobs.progress import Progress
+from .models.factors import Factors
+from .shading.base_error import base_error
+from .shading.base_lobes import fit_base_lobes
 
 FAILED = 1
 

@@ -24,8 +24,8 @@ from functools import cached_property
 
 import numpy as np
 
-from . import anisotropic_metrics, merl, utia
 from .errors import NfmError
+from .formats import merl, utia
 from .geometry import (
     N_PHI_D,
     N_THETA_D,
@@ -37,6 +37,7 @@ from .geometry import (
     theta_d_centres,
     theta_h_centres,
 )
+from .grading import anisotropic_metrics
 
 Color = tuple[float, float, float]
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..fitter.errors import NfmError, shown_name
 from ..fitter.files import write_atomically
-from ..fitter.parameter_file import FittedMaterial
+from ..fitter.formats.parameter_file import FittedMaterial
 from . import assets, material
 from .properties import DEFAULT_SAMPLING
 

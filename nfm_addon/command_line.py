@@ -15,14 +15,15 @@ from pathlib import Path
 
 import bpy
 
-from ..fitter import batch, synthetic
 from ..fitter import command_line as fitter_command_line
+from ..fitter import synthetic
 from ..fitter.errors import NfmError, shown_name
-from ..fitter.factors import Factors
-from ..fitter.fit_file import material_from_file
-from ..fitter.model import FactorModel
-from ..fitter.parameter_file import FittedMaterial
-from ..fitter.progress import Progress
+from ..fitter.formats.parameter_file import FittedMaterial
+from ..fitter.jobs import batch
+from ..fitter.jobs.fit_file import material_from_file
+from ..fitter.jobs.progress import Progress
+from ..fitter.models.factors import Factors
+from ..fitter.models.model import FactorModel
 from . import demo_light, images, material, script_node
 from .cloth_scene import build_cloth_scene
 from .editing.rendered_model import rendered_model

@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 import bpy
 import numpy as np
 
-from ..fitter import curves
-from ..fitter.curves import (
+from ..fitter.editing import curves
+from ..fitter.editing.curves import (
     AROUND_CURVES,
     CURVES,
     FRESNEL_CURVES,
@@ -23,7 +23,7 @@ from ..fitter.curves import (
     NDF_AROUND_CURVES,
     NDF_CURVES,
 )
-from ..fitter.edit_document import Handle, Handles
+from ..fitter.editing.edit_document import Handle, Handles
 
 FRAME = "Curves"
 FRESNEL_NODE = FRESNEL_CURVES[0]

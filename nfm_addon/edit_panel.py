@@ -7,7 +7,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.utils import register_classes_factory
 
-from ..fitter.curves import curves_of_lobe
+from ..fitter.editing.curves import curves_of_lobe
 from . import curve_nodes, editing
 from .edit_properties import DIRECTIONAL_SLIDERS, LOBE_SLIDERS, LOBES
 from .node_group import kind_of

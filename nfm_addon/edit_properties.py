@@ -16,8 +16,8 @@ from bpy.props import (
 )
 from bpy.utils import register_classes_factory
 
-from ..fitter.edits import RANGES, LobeSliders, Sliders
-from ..fitter.factors import N_LOBES
+from ..fitter.editing.edits import RANGES, LobeSliders, Sliders
+from ..fitter.models.factors import N_LOBES
 from . import changes
 
 # A library override may change everything here, and keeps it.

@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..fitter.factors import Factors
+from ..fitter.models.factors import Factors
 from . import script_node
 from .images import read_linear
 from .node_trees import empty_tree

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from bpy.props import BoolProperty, EnumProperty
 
-from ..fitter.quality import DEFAULT_QUALITY
+from ..fitter.fitting.quality import DEFAULT_QUALITY
 from .properties import AUTOMATIC, ENCODING_ITEMS, QUALITY_ITEMS
 
 
@@ -42,5 +42,5 @@ def wait_option() -> object:
 
 
 def encoding_name(choice: str) -> str | None:
-    """The encoding for fitter.readers.read; None for its default."""
+    """The encoding for fitter.formats.readers.read; None for its default."""
     return None if choice == AUTOMATIC else choice

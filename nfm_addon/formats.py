@@ -8,9 +8,9 @@ from pathlib import Path
 
 import bpy
 
-from ..fitter import parameter_file, readers
 from ..fitter.errors import MeasurementError
-from ..fitter.fit_file import is_parameter_file
+from ..fitter.formats import parameter_file, readers
+from ..fitter.jobs.fit_file import is_parameter_file
 
 SUFFIXES = (*readers.SUFFIXES, parameter_file.SUFFIX)
 FILE_FILTER = ";".join(f"*{suffix}" for suffix in SUFFIXES)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from ..fitter import parameter_file
+from ..fitter.formats import parameter_file
 from . import demo_light, images, material, rendering
 from .standard_sphere import SphereView, build_scene
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import bpy
 import numpy as np
 
-from ..fitter.factors import N_LOBES
+from ..fitter.models.factors import N_LOBES
 
 FRAME = "Sliders"
 GAINS = tuple(f"Lobe {lobe + 1} Gain" for lobe in range(N_LOBES))

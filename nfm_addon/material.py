@@ -12,10 +12,10 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ..fitter import parameter_file
-from ..fitter.anisotropy import Anisotropy, anisotropy
 from ..fitter.errors import NfmError, printable
-from ..fitter.parameter_file import FittedMaterial
+from ..fitter.formats import parameter_file
+from ..fitter.formats.parameter_file import FittedMaterial
+from ..fitter.models.anisotropy import Anisotropy, anisotropy
 from ..osl import generate
 from . import changes, editing, lobes, node_group, script_node, stand_in
 from .editing import fitted_material

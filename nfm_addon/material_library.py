@@ -15,9 +15,10 @@ from pathlib import Path
 import bpy
 
 from .. import __package__ as base_package
-from ..fitter import library, parameter_file
 from ..fitter.errors import NfmError
-from ..fitter.library import Entry
+from ..fitter.formats import parameter_file
+from ..fitter.jobs import library
+from ..fitter.jobs.library import Entry
 from . import asset_files
 from .assets import Metadata
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..fitter.factors import Factors
+from ..fitter.models.factors import Factors
 from . import live_nodes, stand_in
 from .errors import ShaderError
 

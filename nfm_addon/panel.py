@@ -8,7 +8,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.utils import register_classes_factory
 
 from ..fitter.errors import NfmError, shown_name
-from ..fitter.factors import N_LOBES
+from ..fitter.models.factors import N_LOBES
 from . import material as materials
 from . import material_library, plot_icons
 from .direction_panel import draw_direction

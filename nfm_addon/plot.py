@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..fitter.geometry import theta_d_centres, theta_h_centres
-from ..fitter.model import FactorModel
-from ..fitter.slices import INCIDENCE, THETA_O, model_slices
-from ..fitter.splines import masking_nodes
+from ..fitter.grading.slices import INCIDENCE, THETA_O, model_slices
+from ..fitter.models.model import FactorModel
+from ..fitter.models.splines import masking_nodes
 
 SIZE = 384
 MARGIN = 6

@@ -14,9 +14,9 @@ import numpy as np
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 from bpy.utils import register_classes_factory
 
-from ..fitter.model import FactorModel
-from ..fitter.slices import INCIDENCE
-from ..fitter.stand_in import without_direction
+from ..fitter.grading.slices import INCIDENCE
+from ..fitter.models.model import FactorModel
+from ..fitter.shading.stand_in import without_direction
 from . import editing
 from .edit_properties import sliders_of
 from .plot import CHANNELS, LOBES, MEASURED, PLOTS, SLICES

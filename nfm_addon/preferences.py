@@ -11,7 +11,7 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.utils import register_classes_factory
 
 from .. import __package__ as base_package
-from ..fitter.quality import DEFAULT_QUALITY
+from ..fitter.fitting.quality import DEFAULT_QUALITY
 from . import material_library
 from .fit_options import quality_option
 

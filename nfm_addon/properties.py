@@ -57,7 +57,7 @@ DEFAULT_SAMPLING = "NATIVE"
 
 AUTOMATIC = "AUTO"
 
-# Names are those of fitter.utia.ENCODINGS.
+# Names are those of fitter.formats.utia.ENCODINGS.
 ENCODING_ITEMS = (
     (AUTOMATIC, "Automatic", "As files of this format usually are"),
     ("linear", "Linear", "Radiometric values, as the UTIA database publishes them"),

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fitter.anisotropic_tables import anisotropic_sampling, anisotropic_selection
-from ..fitter.base_error import BaseError, base_error
-from ..fitter.base_lobes import BaseLobes, fit_base_lobes
-from ..fitter.closures import Closure
-from ..fitter.factors import Factors
-from ..fitter.tables import sampling_tables, selection_table, versine_nodes
+from ..fitter.models.anisotropic_tables import anisotropic_sampling, anisotropic_selection
+from ..fitter.models.factors import Factors
+from ..fitter.models.tables import sampling_tables, selection_table, versine_nodes
+from ..fitter.shading.base_error import BaseError, base_error
+from ..fitter.shading.base_lobes import BaseLobes, fit_base_lobes
+from ..fitter.shading.closures import Closure
 from ..osl import generate
 
 

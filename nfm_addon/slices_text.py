@@ -8,7 +8,7 @@ import binascii
 
 import numpy as np
 
-from ..fitter.slices import INCIDENCE, THETA_O
+from ..fitter.grading.slices import INCIDENCE, THETA_O
 
 SHAPE = (len(INCIDENCE), len(THETA_O), 3)
 DTYPE = np.dtype("<f2")

@@ -10,8 +10,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..fitter.factors import Factors
-from ..fitter.stand_in import StandIn, stand_in
+from ..fitter.models.factors import Factors
+from ..fitter.shading.stand_in import StandIn, stand_in
 from . import live_nodes
 
 OUTPUT = "Stand-in"

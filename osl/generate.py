@@ -61,8 +61,8 @@ class SurfaceTables:
 
 
 # Tables of each kind of model: how many numbers, rows of the lobes (or channels) one after another.
-# ndf, masking and fresnel are the factors; fitter/tables.py and fitter/anisotropic_tables.py say
-# what the others are. `selection` holds colours.
+# ndf, masking and fresnel are the factors; fitter/models/tables.py and
+# fitter/models/anisotropic_tables.py say what the others are. `selection` holds colours.
 TABLES = {
     "isotropic": {
         "ndf": 3 * 90,
@@ -102,7 +102,7 @@ class BaseTables:
     kinds : one of KINDS for each closure
     parameters : alpha along the tangent, or exponent, of each closure
     across : alpha across the tangent
-    leans, tilts : of the normals of ramps, as fitter/closures.py has them
+    leans, tilts : of the normals of ramps, as fitter/shading/closures.py has them
     azimuths : of tangents and tilted normals, radians
     angles : view angles of the weights, radians, rising
     n_azimuths : how many azimuths of the viewer there are for each of the angles

@@ -1,7 +1,7 @@
 """./nfm library build: the parameter files and previews of the material library, from its sources.
 
 The measured sources are RGL files, which are not part of the checkout; the others are analytic
-models of fitter/library.py. Fits that are there already, of the same sources, are kept.
+models of fitter/jobs/library.py. Fits that are there already, of the same sources, are kept.
 """
 
 import argparse
@@ -53,7 +53,8 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from fitter import library, parameter_file, workers
+    from fitter.formats import parameter_file
+    from fitter.jobs import library, workers
 
     entries = {entry.key: entry for entry in library.ENTRIES}
     keys = options.only.split(",") if options.only else list(entries)
@@ -88,7 +89,7 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def _fit(task: tuple, rgl_folder: Path) -> tuple[str, bool]:
-    from fitter import library
+    from fitter.jobs import library
 
     entry, path = task
     return entry.key, library.fit(entry, rgl_folder, path)

@@ -211,7 +211,9 @@ def build_package(folder: Path) -> Path:
 
 
 def _write_samples(folder: Path) -> None:
-    from fitter import fit_file, parameter_file, synthetic
+    from fitter import synthetic
+    from fitter.formats import parameter_file
+    from fitter.jobs import fit_file
 
     for name, sample in SAMPLES.items():
         synthetic.write_sample(folder / name, sample)

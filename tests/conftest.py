@@ -11,7 +11,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fitter import geometry, merl, synthetic
+from fitter import geometry, synthetic
+from fitter.formats import merl
 from fitter.measurement import BinReport, Measurement, Source
 from runner import blender as loader
 from runner.environment import CHECKOUT

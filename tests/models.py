@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from fitter import polar_grid
-from fitter.anisotropic_model import AnisotropicModel
 from fitter.geometry import theta_d_centres, theta_h_centres
-from fitter.model import FactorModel
-from fitter.splines import masking_nodes
+from fitter.models.anisotropic_model import AnisotropicModel
+from fitter.models.model import FactorModel
+from fitter.models.splines import masking_nodes
 
 
 def ggx(alpha):

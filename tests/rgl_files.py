@@ -5,9 +5,9 @@ import struct
 
 import numpy as np
 
-from fitter import tensor_file
+from fitter.formats import tensor_file
+from fitter.formats.warps import Warp
 from fitter.geometry import HALF_PI, normalized
-from fitter.warps import Warp
 
 WAVELENGTHS = np.arange(400, 701, 20, dtype="<f4")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from ...fitter import parameter_file
-from ...fitter.curves import CURVES
-from ...fitter.edit_document import BlendDocument, EditDocument
+from ...fitter.editing.curves import CURVES
+from ...fitter.editing.edit_document import BlendDocument, EditDocument
 from ...fitter.errors import printable
+from ...fitter.formats import parameter_file
 from .. import curve_nodes
 from ..edit_properties import set_sliders, sliders_of
 from ..errors import ShaderError

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ...fitter import edits
-from ...fitter.curves import CURVES, CURVES_OF, Heights
-from ...fitter.edit_document import Handles
+from ...fitter.editing import edits
+from ...fitter.editing.curves import CURVES, CURVES_OF, Heights
+from ...fitter.editing.edit_document import Handles
 from .. import curve_nodes
 from ..node_group import kind_of
 from .own_nodes import group_of, own_group

@@ -13,12 +13,12 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ...fitter import edits
-from ...fitter.blend import blend, mix
-from ...fitter.curves import Heights
-from ...fitter.edits import Edits
-from ...fitter.energy import within_energy
-from ...fitter.factors import Factors
+from ...fitter.editing import edits
+from ...fitter.editing.blend import blend, mix
+from ...fitter.editing.curves import Heights
+from ...fitter.editing.edits import Edits
+from ...fitter.editing.energy import within_energy
+from ...fitter.models.factors import Factors
 from .. import curve_nodes
 from ..node_group import LOBE_SOCKETS, find_group_node
 from .drawn_curves import before_and_after
@@ -55,7 +55,7 @@ def shader_model(state: State, heights: Heights) -> Factors:
 def diffuse_map(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Affine map (3, 3), (3,) of the Diffuse socket: blend, then hue and saturation.
 
-    Where the socket has the measured colour, the blend is that of `fitter.blend`.
+    Where the socket has the measured colour, the blend is that of `fitter.editing.blend`.
     """
     sliders = state.sliders
     matrix = edits.color_matrix(sliders.diffuse_saturation, sliders.diffuse_hue)

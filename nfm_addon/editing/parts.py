@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass
 
 import bpy
 
-from ...fitter.curves import CURVES, FRESNEL_CURVES, curves_of_lobe
-from ...fitter.edits import LobeSliders
+from ...fitter.editing.curves import CURVES, FRESNEL_CURVES, curves_of_lobe
+from ...fitter.editing.edits import LobeSliders
 from .. import curve_nodes
 from ..edit_properties import LOBES, set_lobe_sliders, sliders_of
 from ..errors import ShaderError

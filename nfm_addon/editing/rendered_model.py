@@ -8,7 +8,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ...fitter.factors import Factors
+from ...fitter.models.factors import Factors
 from .. import lobes
 from ..node_group import LOBE_SOCKETS, find_group_node
 from .edited_model import diffuse_map, edited_model, socket_color

@@ -12,7 +12,7 @@ import json
 import bpy
 import numpy as np
 
-from ...fitter.closures import Closure
+from ...fitter.shading.closures import Closure
 from .. import curve_nodes, live_nodes, script_node, stand_in
 from ..node_group import SCRIPT_NODE
 from ..shader_source import Surface, new_surface

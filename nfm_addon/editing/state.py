@@ -13,11 +13,11 @@ from functools import lru_cache
 
 import bpy
 
-from ...fitter import parameter_file
-from ...fitter.edit_document import Handles
-from ...fitter.edits import Sliders
-from ...fitter.factors import Factors
-from ...fitter.parameter_file import FittedMaterial
+from ...fitter.editing.edit_document import Handles
+from ...fitter.editing.edits import Sliders
+from ...fitter.formats import parameter_file
+from ...fitter.formats.parameter_file import FittedMaterial
+from ...fitter.models.factors import Factors
 from .. import curve_nodes
 from ..edit_properties import sliders_of
 from .own_nodes import group_of

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A whole folder of measured files: parameter files and assets in another folder, and a summary.
 
-It is what `fitter/batch.py` does, with the queue instead of processes of its own, and with an asset
-for every fit. What was finished is found again by the next import of the folder.
+It is what `fitter/jobs/batch.py` does, with the queue instead of processes of its own, and with an
+asset for every fit. What was finished is found again by the next import of the folder.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from ...fitter import batch, parameter_file
-from ...fitter.batch import FAILED, FITTED, KEPT, Outcome
 from ...fitter.errors import NfmError, printable
-from ...fitter.icon import material_icon
+from ...fitter.formats import parameter_file
+from ...fitter.jobs import batch
+from ...fitter.jobs.batch import FAILED, FITTED, KEPT, Outcome
+from ...fitter.shading.icon import material_icon
 from .. import asset_files, material_library, undo
 from ..assets import Metadata
 from .queue import FitResult, queue

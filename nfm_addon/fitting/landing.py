@@ -15,7 +15,7 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from ...fitter.icon import material_icon
+from ...fitter.shading.icon import material_icon
 from .. import assets, assignment, material, render_setup, slices_text, undo
 from ..preferences import preferences_of
 from .queue import FitResult

@@ -21,7 +21,7 @@ from queue import Empty, SimpleQueue
 import bpy
 import numpy as np
 
-from ...fitter.job import FINAL, KEPT, Event, Request
+from ...fitter.jobs.job import FINAL, KEPT, Event, Request
 
 EXTENSION = Path(__file__).resolve().parents[2]
 
@@ -30,7 +30,7 @@ CODE = """
 import sys
 sys.path.insert(0, sys.argv[1])
 sys.path.append(sys.argv[2])
-from fitter import job
+from fitter.jobs import job
 job.main(sys.argv[3])
 """
 

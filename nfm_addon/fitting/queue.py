@@ -18,10 +18,10 @@ import numpy as np
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from ...fitter import parameter_file
 from ...fitter.errors import NfmError, shown_name
-from ...fitter.job import DRAFT, FINAL, ICON_FILE, KEPT, SLICES_FILE, Event
-from ...fitter.parameter_file import FittedMaterial
+from ...fitter.formats import parameter_file
+from ...fitter.formats.parameter_file import FittedMaterial
+from ...fitter.jobs.job import DRAFT, FINAL, ICON_FILE, KEPT, SLICES_FILE, Event
 from .process import FitProcess
 
 INTERVAL = 0.1  # seconds between two pumps
@@ -34,8 +34,8 @@ DRAGGING = "TRANSFORM_OT_"
 class FitResult:
     """A finished fit.
 
-    slices : fitter.slices.measured_slices of the data, if it was at hand
-    icon : fitter.icon.material_icon, if it was made
+    slices : fitter.grading.slices.measured_slices of the data, if it was at hand
+    icon : fitter.shading.icon.material_icon, if it was made
     kept : whether it had been there before
     """
 

@@ -8,8 +8,8 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import StringProperty
 from bpy.utils import register_classes_factory
 
-from ...fitter import parameter_file
-from ...fitter.parameter_file import FittedMaterial
+from ...fitter.formats import parameter_file
+from ...fitter.formats.parameter_file import FittedMaterial
 from .. import editing
 from ..errors import ShaderError
 from .measured_material import EditOperator

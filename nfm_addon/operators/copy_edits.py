@@ -12,7 +12,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 from bpy.utils import register_classes_factory
 
-from ...fitter.factors import N_LOBES
+from ...fitter.models.factors import N_LOBES
 from ..editing import parts
 from ..editing.parts import Part
 from .measured_material import EditOperator, MaterialOperator

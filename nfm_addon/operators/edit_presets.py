@@ -11,8 +11,8 @@ from bpy.props import StringProperty
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from ...fitter import parameter_file
 from ...fitter.errors import ParameterFileError, shown_name
+from ...fitter.formats import parameter_file
 from .. import editing
 from ..preferences import library_folder
 from .measured_material import EditOperator, MaterialOperator, active_material

@@ -11,8 +11,8 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ExportHelper
 
-from ...fitter import export
 from ...fitter.errors import NfmError, shown_name
+from ...fitter.formats import export
 from .. import editing
 from ..editing.rendered_model import linked_colors, rendered_model
 from .measured_material import OwnMaterialOperator, active_material

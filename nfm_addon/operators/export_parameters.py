@@ -9,8 +9,8 @@ from bpy.props import StringProperty
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ExportHelper
 
-from ...fitter import parameter_file
 from ...fitter.errors import shown_name
+from ...fitter.formats import parameter_file
 from .. import editing
 from .measured_material import EditOperator, active_material
 

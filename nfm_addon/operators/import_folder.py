@@ -10,8 +10,8 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, StringProperty
 from bpy.utils import register_classes_factory
 
-from ...fitter import batch
 from ...fitter.errors import NfmError
+from ...fitter.jobs import batch
 from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting.folder import FolderImport, FolderItem
 from ..fitting.queue import Job, queue

@@ -12,9 +12,9 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProp
 from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ImportHelper
 
-from ...fitter import readers
 from ...fitter.errors import MeasurementError, NfmError
-from ...fitter.fit_file import is_parameter_file, material_from_file
+from ...fitter.formats import readers
+from ...fitter.jobs.fit_file import is_parameter_file, material_from_file
 from .. import drop, formats
 from ..assignment import targets_of
 from ..fit_options import encoding_name, encoding_option, quality_option, wait_option

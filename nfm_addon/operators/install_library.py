@@ -10,7 +10,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.utils import register_classes_factory
 
 from ...fitter.errors import NfmError
-from ...fitter.library import ENTRIES
+from ...fitter.jobs.library import ENTRIES
 from .. import material_library
 
 

@@ -12,7 +12,7 @@ from bpy.utils import register_classes_factory
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.errors import NfmError
-from ...fitter.fit_file import is_parameter_file, material_from_file
+from ...fitter.jobs.fit_file import is_parameter_file, material_from_file
 from .. import editing
 from ..fit_options import encoding_name, encoding_option, quality_option, wait_option
 from ..fitting.landing import ExistingMaterial

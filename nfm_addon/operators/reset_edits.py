@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.utils import register_classes_factory
 
-from ...fitter.edits import Sliders
+from ...fitter.editing.edits import Sliders
 from .. import editing
 from ..edit_properties import set_sliders
 from ..editing.parts import CURVE_PARTS, curve_part

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from benchmarks import diffuse, planted
-from fitter import weights
-from fitter.appearance import AppearanceError
-from fitter.problem import Problem
+from fitter.fitting import weights
+from fitter.fitting.appearance import AppearanceError
+from fitter.fitting.problem import Problem
 
 
 def test_falloff_is_that_of_ashikhmin_and_shirley():

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks import expected, lights, render
 from benchmarks.expected import Blocks, Environment, expected_picture
-from fitter.model import FactorModel
-from fitter.tables import directional_albedo, sampling_tables, versine_nodes
+from fitter.models.model import FactorModel
+from fitter.models.tables import directional_albedo, sampling_tables, versine_nodes
 from tests.models import MODELS
 
 FRACTIONS = np.arange(1, 50) / 50

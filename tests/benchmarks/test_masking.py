@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks import masking, planted
-from fitter.metrics import tabulate
-from fitter.problem import Problem
+from fitter.fitting.problem import Problem
+from fitter.grading.metrics import tabulate
 
 
 @pytest.fixture(scope="module")

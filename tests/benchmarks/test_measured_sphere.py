@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from benchmarks import measured_sphere
-from fitter import rgl, tensor_file
-from fitter.sphere import LitScene
+from fitter.formats import rgl, tensor_file
+from fitter.pictures.sphere import LitScene
 from tests import rgl_files
 
 NORMALS = np.array([[0, 0, 1], [0.6, 0, 0.8], [0, -0.8, 0.6], [0.28, 0.936, 0.2132]])

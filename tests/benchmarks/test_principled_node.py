@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from benchmarks import principled_node
-from fitter.closures import Closure
+from fitter.shading.closures import Closure
 from tests.models import MODELS
 
 F0 = np.array([0.05, 0.06, 0.04])

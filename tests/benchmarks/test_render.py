@@ -4,8 +4,8 @@ import pytest
 
 from benchmarks import render_report
 from benchmarks.__main__ import main
-from fitter import parameter_file
-from fitter.parameter_file import FittedMaterial
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import MODELS
 
 

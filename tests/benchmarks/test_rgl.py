@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from benchmarks import rgl
-from fitter.sphere import display, rendered_psnr
+from fitter.pictures.sphere import display, rendered_psnr
 
 SIZE = 32
 

@@ -9,7 +9,7 @@ import pytest
 
 from compare.grading import Grades, Result
 from compare.models import INDEPENDENT_G, KEYS, OURS
-from fitter.slices import INCIDENCE, THETA_O
+from fitter.grading.slices import INCIDENCE, THETA_O
 from tests.models import MODELS
 
 

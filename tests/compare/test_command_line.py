@@ -5,8 +5,8 @@ import pytest
 from compare import command_line, pool, report
 from compare.command_line import main
 from compare.store import Store
-from fitter import merl, utia
 from fitter.errors import NfmError
+from fitter.formats import merl, utia
 
 
 @pytest.fixture(scope="module")

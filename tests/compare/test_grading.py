@@ -6,10 +6,11 @@ import pytest
 
 from compare import grading
 from compare.models import CONTENDERS, INDEPENDENT_G, KEYS, OURS, Settings
-from fitter import metrics, sphere
-from fitter.bivariate import Bivariate
-from fitter.independent_g import IndependentG
-from fitter.principled import Principled
+from fitter.baselines.bivariate import Bivariate
+from fitter.baselines.independent_g import IndependentG
+from fitter.baselines.principled import Principled
+from fitter.grading import metrics
+from fitter.pictures import sphere
 from tests.models import MODELS
 
 FACTORS = MODELS["paint"]

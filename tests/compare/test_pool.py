@@ -12,8 +12,8 @@ from compare import pool
 from compare.models import Settings
 from compare.pool import Task
 from compare.store import Store
-from fitter import merl
 from fitter.errors import NfmError
+from fitter.formats import merl
 
 SETTINGS = Settings("log")
 

@@ -4,10 +4,13 @@
 import numpy as np
 import pytest
 
-from fitter import fit, geometry, metrics, quality, splines
-from fitter.base_lobes import fit_base_lobes
-from fitter.model import FactorModel
-from fitter.problem import Problem
+from fitter import geometry
+from fitter.fitting import fit, quality
+from fitter.fitting.problem import Problem
+from fitter.grading import metrics
+from fitter.models import splines
+from fitter.models.model import FactorModel
+from fitter.shading.base_lobes import fit_base_lobes
 from tests.models import MODELS
 
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from fitter import polar_grid
-from tests.fitter.anisotropic import measurement_of, random_pairs
+from tests.anisotropic_measurements import measurement_of, random_pairs
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitter import command_line, parameter_file, quality, synthetic
-from fitter.base_error import base_error
-from fitter.base_lobes import fit_base_lobes
+from fitter import command_line, synthetic
 from fitter.command_line import main, read_directions
-from fitter.parameter_file import FittedMaterial
+from fitter.fitting import quality
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.shading.base_error import base_error
+from fitter.shading.base_lobes import fit_base_lobes
 
 
 @pytest.fixture

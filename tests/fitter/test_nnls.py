@@ -5,12 +5,7 @@ import numpy as np
 import pytest
 
 from fitter import nnls
-from fitter.nnls import (
-    PartlyNonnegative,
-    descend,
-    solve_nonnegative,
-    solve_partly_nonnegative,
-)
+from fitter.nnls import PartlyNonnegative, descend, solve_nonnegative, solve_partly_nonnegative
 
 
 def random_problems(size, rows, seed=0, n=200):

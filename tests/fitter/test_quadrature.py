@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from fitter.closures import Closure
 from fitter.quadrature import LEAST_COS_I, HalfVectors, view_quadrature
+from fitter.shading.closures import Closure
 
 DEGREES = [0, 0.5, 30, 60, 80, 86, 88]
 

@@ -7,10 +7,11 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from fitter import geometry, merl, polar_grid, readers, synthetic
+from fitter import geometry, polar_grid, synthetic
 from fitter.errors import NfmError
+from fitter.formats import merl, readers
 from fitter.synthetic import SAMPLES, AnalyticBrdf, GgxLobe, SheenLobe
-from tests.fitter.anisotropic import random_pairs
+from tests.anisotropic_measurements import random_pairs
 
 BLACK = (0.0, 0.0, 0.0)
 GREY = (0.5, 0.5, 0.5)

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import anisotropic_metrics, parameter_file, synthetic, utia
-from fitter.curves import CURVES
-from fitter.edit_document import EditDocument
-from fitter.edits import Sliders
+from fitter import synthetic
+from fitter.editing.curves import CURVES
+from fitter.editing.edit_document import EditDocument
+from fitter.editing.edits import Sliders
+from fitter.formats import parameter_file, utia
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.grading import anisotropic_metrics
 from fitter.measurement import Source
-from fitter.parameter_file import FittedMaterial
 from tests.exr_files import write_exr
 from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.rgl_files import fields_of, glossy, tensor_bytes

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import parameter_file, readers
 from fitter.errors import NfmError, shown_name
+from fitter.formats import parameter_file, readers
 
 SECONDS = 5
 LONGEST_MESSAGE = 600

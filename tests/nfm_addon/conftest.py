@@ -6,11 +6,11 @@ import sys
 
 import pytest
 
-from fitter import parameter_file
-from fitter.base_error import base_error
-from fitter.base_lobes import fit_base_lobes
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from fitter.measurement import Source
-from fitter.parameter_file import FittedMaterial
+from fitter.shading.base_error import base_error
+from fitter.shading.base_lobes import fit_base_lobes
 from tests.models import MODELS
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter.anisotropy import anisotropy
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.models.anisotropy import anisotropy
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 BRUSHED = ANISOTROPIC_MODELS["brushed"]

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from fitter import parameter_file
-from fitter.parameter_file import FittedMaterial
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import MODELS
 
 FRAMES = 24

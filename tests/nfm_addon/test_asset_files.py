@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 ICON = np.linspace(0, 1, 16 * 16 * 4, dtype=np.float32).reshape(16, 16, 4)

@@ -3,7 +3,7 @@
 
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import MODELS
 
 

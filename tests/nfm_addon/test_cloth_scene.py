@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from fitter import parameter_file
+from fitter.formats import parameter_file
 from runner.environment import CHECKOUT
 
 

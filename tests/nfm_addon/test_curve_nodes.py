@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from fitter import curves
-from fitter.curves import CURVES_OF, MOST_HANDLES
+from fitter.editing import curves
+from fitter.editing.curves import CURVES_OF, MOST_HANDLES
 from tests.models import MODELS
 
 ISOTROPIC = CURVES_OF["isotropic"]

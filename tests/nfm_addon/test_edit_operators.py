@@ -3,8 +3,8 @@
 
 import pytest
 
-from fitter import parameter_file
-from fitter.parameter_file import FittedMaterial
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 

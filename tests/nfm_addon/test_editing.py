@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter import parameter_file
-from fitter.blend import blend
-from fitter.curves import CURVES_OF
-from fitter.edits import Edits, LobeSliders, Sliders, apply
-from fitter.parameter_file import FittedMaterial
+from fitter.editing.blend import blend
+from fitter.editing.curves import CURVES_OF
+from fitter.editing.edits import Edits, LobeSliders, Sliders, apply
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 BRUSHED = ANISOTROPIC_MODELS["brushed"]

@@ -3,14 +3,15 @@
 
 import numpy as np
 import pytest
-
-from fitter import export as exporting
-from fitter import merl, metrics, parameter_file, utia
-from fitter.command_line import main as main_without_blender
-from fitter.edit_document import EditDocument
-from fitter.geometry import directions_from_rusinkiewicz
-from fitter.parameter_file import FittedMaterial
 from tests.fitter.test_export import independent_look_up, independent_utia_look_up
+
+from fitter.command_line import main as main_without_blender
+from fitter.editing.edit_document import EditDocument
+from fitter.formats import export as exporting
+from fitter.formats import merl, parameter_file, utia
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.geometry import directions_from_rusinkiewicz
+from fitter.grading import metrics
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 

@@ -15,7 +15,7 @@ NEEDED = {
     "blender_manifest.toml",
     "LICENSE",
     "fitter/__init__.py",
-    "fitter/fit.py",
+    "fitter/fitting/fit.py",
     "nfm_addon/__init__.py",
     "nfm_addon/operators/import_measurement.py",
     "osl/generate.py",
@@ -173,7 +173,7 @@ def test_installed_copy_imports_and_renders(
     """The directional albedo appears under uniform white light."""
     import numpy as np
 
-    from fitter.tables import directional_albedo
+    from fitter.models.tables import directional_albedo
 
     user, elsewhere = tmp_path / "user", tmp_path / "elsewhere"
     user.mkdir()

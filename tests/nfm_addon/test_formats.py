@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitter import synthetic, utia
+from fitter import synthetic
+from fitter.formats import utia
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from fitter import parameter_file
+from fitter.formats import parameter_file
 from tests import rgl_files
 from tests.nfm_addon.fitting.conftest import SHORT_FITS
 
@@ -31,7 +31,7 @@ def folder(tmp_path, content):
 @pytest.fixture
 def short(extension, monkeypatch, addon):
     """Fits that take a moment, in this process and in others."""
-    quality = importlib.import_module(f"{extension.__name__}.fitter.quality")
+    quality = importlib.import_module(f"{extension.__name__}.fitter.fitting.quality")
     for name in ("draft", "standard"):
         monkeypatch.setitem(
             quality.QUALITIES, name, quality.Quality(1, 1, 0, 1, 0, 0, 45, 90, 0, 90)

@@ -7,9 +7,10 @@ import tempfile
 import numpy as np
 import pytest
 
-from fitter import merl, parameter_file, synthetic, utia
-from fitter.parameter_file import FittedMaterial
-from fitter.quality import QUALITIES
+from fitter import synthetic
+from fitter.fitting.quality import QUALITIES
+from fitter.formats import merl, parameter_file, utia
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS
 
 
@@ -350,7 +351,7 @@ def test_fits_a_merl_file(
     blender, addon, extension, import_file, mesh_object, tmp_path, monkeypatch, slots
 ):
     """The whole way from a measured file, with a fit cut short."""
-    quality = importlib.import_module(f"{extension.__name__}.fitter.quality")
+    quality = importlib.import_module(f"{extension.__name__}.fitter.fitting.quality")
     short = quality.Quality(
         starts=1,
         sweeps=4,

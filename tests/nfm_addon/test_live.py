@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import MODELS
 
 

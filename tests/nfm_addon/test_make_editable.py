@@ -5,8 +5,8 @@ import json
 
 import pytest
 
-from fitter import parameter_file
-from fitter.parameter_file import FittedMaterial
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import MODELS
 
 

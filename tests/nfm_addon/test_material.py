@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import MODELS
 
 BROKEN_SHADER = "shader nfm_surface(output closure color BSDF = 0) { this is not OSL }"

@@ -10,7 +10,7 @@ def library(addon, monkeypatch, extension, tmp_path):
     import importlib
 
     module = addon("material_library")
-    entries = importlib.import_module(f"{extension.__name__}.fitter.library")
+    entries = importlib.import_module(f"{extension.__name__}.fitter.jobs.library")
     two = [e for e in entries.ENTRIES if e.key in ("satin-gold", "colodur_napoli_4f")]
     monkeypatch.setattr(entries, "ENTRIES", two)
     monkeypatch.setattr(addon("operators.install_library"), "ENTRIES", two)

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from fitter.metrics import tabulate
-from fitter.parameter_file import FittedMaterial
-from fitter.slices import measured_slices
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.grading.metrics import tabulate
+from fitter.grading.slices import measured_slices
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 

@@ -3,8 +3,8 @@
 
 import pytest
 
-from fitter.parameter_file import FittedMaterial
-from fitter.sphere import rendered_psnr
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.pictures.sphere import rendered_psnr
 from tests.models import MODELS
 
 

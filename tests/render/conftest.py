@@ -2,7 +2,7 @@
 
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.render.scenes import Stage
 
 

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from fitter.base_lobes import fit_base_lobes
 from fitter.geometry import normalized
 from fitter.quadrature import view_quadrature
+from fitter.shading.base_lobes import fit_base_lobes
 from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.render.scenes import mean_and_noise, normals_at
 

@@ -1,4 +1,4 @@
-"""Cycles evaluates and samples the closures as fitter/closures.py does.
+"""Cycles evaluates and samples the closures as fitter/shading/closures.py does.
 
 Nothing documents the ramps, their signs or that Cycles picks a closure by its weight alone; these
 tests hold it on every supported version.
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitter.closures import Closure
+from fitter.shading.closures import Closure
 
 KINDS = (
     Closure("ggx", 0.002),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fitter.geometry import normalized
+from fitter.models.tables import directional_albedo
 from fitter.quadrature import view_quadrature
-from fitter.tables import directional_albedo
 from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.render.samplings import SAMPLINGS
 from tests.render.scenes import mean_and_noise, normals_at

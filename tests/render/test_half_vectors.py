@@ -6,8 +6,8 @@ The shader emits what it draws at each pixel, with the tables and the code that 
 import numpy as np
 import pytest
 
-from fitter.anisotropic_tables import anisotropic_sampling, anisotropic_selection
-from fitter.tables import sampling_tables, selection_table, versine_nodes
+from fitter.models.anisotropic_tables import anisotropic_sampling, anisotropic_selection
+from fitter.models.tables import sampling_tables, selection_table, versine_nodes
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 ALL_MODELS = MODELS | ANISOTROPIC_MODELS

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter.parameter_file import FittedMaterial
+from fitter.formats.parameter_file import FittedMaterial
 from tests.models import ANISOTROPIC_MODELS
 
 MODEL = ANISOTROPIC_MODELS["brushed"]

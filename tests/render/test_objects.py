@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitter.tables import directional_albedo
+from fitter.models.tables import directional_albedo
 from tests.models import MODELS
 from tests.render import reference
 from tests.render.samplings import SAMPLINGS

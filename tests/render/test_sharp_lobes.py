@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitter.tables import lobe_albedo
+from fitter.models.tables import lobe_albedo
 from tests.models import make
 from tests.render.samplings import SAMPLINGS
 from tests.render.scenes import mean_and_noise, normals_at

@@ -6,9 +6,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitter import library, parameter_file, workers
 from fitter.errors import NfmError
-from fitter.parameter_file import FittedMaterial
+from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.jobs import library, workers
 from runner import blender
 from runner import library as verb
 from tests.models import MODELS

@@ -57,7 +57,7 @@ def test_blender_builds_it(downloads, extension, tmp_path, capfd):
     with zipfile.ZipFile(built) as archive:
         names = archive.namelist()
     assert sum(name.startswith("wheels/") for name in names) == len(downloads)
-    assert "fitter/utia.py" in names
+    assert "fitter/formats/utia.py" in names
     assert not [name for name in names if name.startswith(("tests/", "runner/"))]
 
 

@@ -14,7 +14,7 @@ def test_package_is_that_of_the_checkout(tmp_path):
     package = ui_test.build_package(tmp_path)
     with zipfile.ZipFile(package) as archive:
         names = set(archive.namelist())
-    assert {"blender_manifest.toml", "nfm_addon/panel.py", "fitter/job.py"} <= names
+    assert {"blender_manifest.toml", "nfm_addon/panel.py", "fitter/jobs/job.py"} <= names
     library = {name for name in names if name.startswith("library/")}
     assert "library/README.md" in library
     assert any(name.endswith(".nfm.json") for name in library)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fit the anisotropic factor model to a measurement.
+
+As `fit`, in two stages, both on all samples: every start gets some sweeps of alternating weighted
+least squares and a few joint steps, and the best of them continues with joint steps. Sweeps never
+raise E, joint steps never raise what they minimise: E e^disorder, see `prior`. Where the result
+would reflect more light than there is, its G is lowered (`anisotropic_albedo`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+
+from ..anisotropic_measurement import AnisotropicMeasurement
+from ..fitting import joint, prior
+from ..fitting.fit import Explored, FitStep, best_of_starts, until_converged
+from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY, Work
+from ..fitting.weights import DEFAULT_WEIGHT
+from ..models.anisotropic_model import AnisotropicModel
+from .albedo import within_energy
+from .joint import normal_equations
+from .problem import AnisotropicProblem
+from .starts import STARTS
+from .updates import sweep
+
+
+def fit_steps(
+    measurement: AnisotropicMeasurement,
+    *,
+    weight: str = DEFAULT_WEIGHT,
+    quality: str = DEFAULT_QUALITY,
+    prior_strength: float = prior.DEFAULT_STRENGTH,
+) -> Iterator[FitStep]:
+    """Yield the state after every step; arguments as for fit.fit_steps."""
+    work = ANISOTROPIC_QUALITIES[quality]
+    steps_each = work.sweeps + work.explore_steps
+    total = work.starts * steps_each + work.refine_steps
+    problem = AnisotropicProblem(measurement, weight=weight)
+
+    def explore(start: Callable[[AnisotropicProblem], AnisotropicModel]) -> Explored:
+        return _explore(problem, start(problem), work, prior_strength)
+
+    model = yield from best_of_starts(STARTS[: work.starts], explore, steps_each, total)
+    steps = _joint_steps(problem, model, prior_strength)
+    for i, (refined, objective) in enumerate(until_converged(steps, work.refine_steps)):
+        model = refined
+        progress = (work.starts * steps_each + i + 1) / total
+        yield FitStep("refine", objective, model, progress, prior_strength)
+
+    limited = within_energy(model)
+    if limited is not model:
+        objective = joint.objective_of(problem, limited, prior_strength)
+        yield FitStep("limit", objective, limited, 1.0, prior_strength)
+
+
+def _explore(
+    problem: AnisotropicProblem, model: AnisotropicModel, work: Work, strength: float
+) -> Explored:
+    for i in range(work.sweeps):
+        model = sweep(problem, model, hold_lobes=i == 0)
+        yield "sweep", model, joint.objective_of(problem, model, strength), strength
+    for stepped, objective in islice(_joint_steps(problem, model, strength), work.explore_steps):
+        yield "explore", stepped, objective, strength
+
+
+def _joint_steps(
+    problem: AnisotropicProblem, model: AnisotropicModel, strength: float
+) -> Iterator[tuple[AnisotropicModel, float]]:
+    return joint.refine(problem, model, strength, equations=normal_equations)
