@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-from tests.fitter.test_export import independent_look_up, independent_utia_look_up
 
 from fitter.command_line import main as main_without_blender
 from fitter.editing.edit_document import EditDocument
@@ -12,6 +11,7 @@ from fitter.formats import merl, parameter_file, utia
 from fitter.formats.parameter_file import FittedMaterial
 from fitter.geometry import directions_from_rusinkiewicz
 from fitter.grading import metrics
+from tests.independent_readers import merl_look_up, utia_look_up
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
@@ -73,7 +73,7 @@ def test_merl_round_trip_of_an_edited_material(blender, addon, build, tmp_path):
         wi, wo = (w[None] for w in directions_from_rusinkiewicz(*angles))
         assert min(wi[0, 2], wo[0, 2]) > 0
         wanted = model.f_r(wi, wo)[0]
-        np.testing.assert_allclose(independent_look_up(path, *angles), wanted, rtol=1e-9)
+        np.testing.assert_allclose(merl_look_up(path, *angles), wanted, rtol=1e-9)
         np.testing.assert_allclose(measurement.f_r[h, d, p], wanted, rtol=1e-9)
         assert not np.allclose(MODELS["paint"].f_r(wi, wo)[0], wanted, rtol=0.05)
 
@@ -98,7 +98,7 @@ def test_utia_round_trip_of_an_edited_anisotropic_material(blender, addon, build
     for i, j, k, m in ((1, 3, 2, 40), (4, 20, 1, 20), (3, 0, 5, 24)):
         wi, wo = (polar(15 * t, 7.5 * p)[None] for t, p in ((i, j), (k, m)))
         wanted = model.f_r(wi, wo)[0]
-        np.testing.assert_allclose(independent_utia_look_up(path, i, j, k, m), wanted, rtol=1e-9)
+        np.testing.assert_allclose(utia_look_up(path, i, j, k, m), wanted, rtol=1e-9)
         np.testing.assert_allclose(measurement.f_r[i, j, k, m], wanted, rtol=1e-9)
 
 

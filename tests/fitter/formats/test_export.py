@@ -1,6 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-import math
-import struct
 
 import numpy as np
 import pytest
@@ -12,6 +10,7 @@ from fitter.formats import export, merl, parameter_file, utia
 from fitter.formats.parameter_file import FittedMaterial
 from fitter.geometry import directions_from_rusinkiewicz
 from tests import models
+from tests.independent_readers import merl_look_up, utia_look_up
 from tests.rgl_files import spherical
 
 
@@ -26,28 +25,6 @@ def exported(tmp_path_factory, model):
     export.write(path, model)
     yield path
     path.unlink()
-
-
-def independent_look_up(path, theta_h, theta_d, phi_d):
-    """RGB of one bin, as the database's own description has it: nothing of ours is used.
-
-    Three integers with the resolution, then doubles, red before green before blue; theta_h on a
-    square-root axis of 90, theta_d of 90 and phi_d of 180 (folded) at whole degrees; the values
-    are scaled by 1, 1.15 and 1.66 over 1500.
-    """
-    th = min(int(math.sqrt(math.degrees(theta_h) * 90)), 89)
-    td = min(int(math.degrees(theta_d)), 89)
-    pd = min(int(math.degrees(phi_d % math.pi)), 179)
-    index = pd + td * 180 + th * 180 * 90
-    with path.open("rb") as file:
-        assert struct.unpack("<iii", file.read(12)) == (90, 90, 180)
-        values = []
-        for channel, scale in enumerate((1.0, 1.15, 1.66)):
-            file.seek(12 + 8 * (index + channel * 90 * 90 * 180))
-            values.append(struct.unpack("<d", file.read(8))[0] * scale / 1500)
-        file.seek(0, 2)
-        assert file.tell() == 12 + 3 * 8 * 90 * 90 * 180
-    return values
 
 
 def test_round_trip_with_our_reader(exported, model):
@@ -66,27 +43,13 @@ def test_round_trip_with_an_independent_reader(exported, model):
     for h, d, p in zip(*(rng.integers(0, n, 200) for n in (90, 90, 180)), strict=True):
         angles = ((h + 0.5) ** 2 / 90**2 * np.pi / 2, np.radians(d + 0.5), np.radians(p + 0.5))
         wi, wo = directions_from_rusinkiewicz(*angles)
-        found = independent_look_up(exported, *angles)
+        found = merl_look_up(exported, *angles)
         if wi[2] <= 0 or wo[2] <= 0:
             assert max(found) < 0
             continue
         np.testing.assert_allclose(found, model.f_r(wi[None], wo[None])[0], rtol=1e-9)
         compared += 1
     assert compared > 80
-
-
-def independent_utia_look_up(path, i, j, k, m):
-    """RGB at theta_i 15 i, phi_i 7.5 j, theta_o 15 k, phi_o 7.5 m degrees, as dj_brdf.h has it.
-
-    Doubles without a header, red before green before blue, the viewer's azimuth fastest.
-    """
-    side = 6 * 48
-    with path.open("rb") as file:
-        values = []
-        for channel in range(3):
-            file.seek(8 * ((channel * side + i * 48 + j) * side + k * 48 + m))
-            values.append(struct.unpack("<d", file.read(8))[0])
-    return values
 
 
 @pytest.mark.parametrize("kind", ["isotropic", "anisotropic"])
@@ -101,7 +64,7 @@ def test_utia_round_trip(tmp_path, model, kind):
             spherical(np.radians(15 * t), np.radians(7.5 * p))[None] for t, p in ((i, j), (k, m))
         )
         wanted = model.f_r(wi, wo)[0]
-        np.testing.assert_allclose(independent_utia_look_up(path, i, j, k, m), wanted, rtol=1e-9)
+        np.testing.assert_allclose(utia_look_up(path, i, j, k, m), wanted, rtol=1e-9)
         np.testing.assert_allclose(measurement.f_r[i, j, k, m], wanted, rtol=1e-9)
 
 
