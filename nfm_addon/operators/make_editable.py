@@ -9,10 +9,10 @@ from bpy.utils import register_classes_factory
 
 from ...fitter.errors import NfmError
 from .. import editing
-from .measured_material import active_material
+from .measured_material import MaterialOperator, active_material
 
 
-class NFM_OT_make_editable(bpy.types.Operator):
+class NFM_OT_make_editable(MaterialOperator, bpy.types.Operator):
     """bpy.ops.nfm.make_editable()."""
 
     bl_idname = "nfm.make_editable"
@@ -22,7 +22,6 @@ class NFM_OT_make_editable(bpy.types.Operator):
         "Its sliders, curves and sampling can then be changed here and are saved here; all else "
         "follows the library"
     )
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -42,19 +41,13 @@ class NFM_OT_make_editable(bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        material = active_material(context)
-        try:
-            if material.library:
-                material = _override(material, context.object)
-            elif material.override_library:
-                material.override_library.is_system_override = False
-            editing.own_group(material)
-        except NfmError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, rpt_("{:s} can be edited in this file").format(material.name))
-        return {"FINISHED"}
+    def act(self, context: bpy.types.Context, material: bpy.types.Material) -> str:
+        if material.library:
+            material = _override(material, context.object)
+        elif material.override_library:
+            material.override_library.is_system_override = False
+        editing.own_group(material)
+        return rpt_("{:s} can be edited in this file").format(material.name)
 
 
 def is_fixed(material: bpy.types.Material) -> bool:
