@@ -82,9 +82,16 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
     from cycles import osl
 
     messages: list[str] = []
-    ok, compiled, bytecode, bytecode_hash = osl.update_internal_script(
-        lambda _level, message: messages.append(message), node.script
-    )
+    try:
+        ok, compiled, bytecode, bytecode_hash = osl.update_internal_script(
+            lambda _level, message: messages.append(message), node.script
+        )
+    except OSError as error:
+        raise ShaderError(
+            f"Cycles could not compile the shader of {node.script.name!r}, since Blender's folder of "
+            f"temporary files cannot be written to ({error.strerror}); free some space there, or "
+            "choose another in the preferences"
+        ) from error
     try:
         query = oslquery.OSLQuery(compiled) if ok else None
         if not query or not bytecode:
