@@ -67,6 +67,7 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
         node.script = text
     if not has_osl():
         node.bytecode = node.bytecode_hash = ""
+        _tag(node)
         return False
     try:
         _compile(node)
@@ -75,6 +76,12 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
             text.from_string(previous)
         raise
     return True
+
+
+def _tag(node: bpy.types.ShaderNodeScript) -> None:
+    """Have a render under way notice, and undo, which else keeps the Text of another shader."""
+    node.id_data.update_tag()
+    node.script.update_tag()
 
 
 def _compile(node: bpy.types.ShaderNodeScript) -> None:
@@ -88,7 +95,7 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
         )
     except OSError as error:
         raise ShaderError(
-            f"Cycles could not compile the shader of {node.script.name!r}, since Blender's folder of "
+            f"Cycles could not compile the shader of {node.script.name!r}: Blender's folder of "
             f"temporary files cannot be written to ({error.strerror}); free some space there, or "
             "choose another in the preferences"
         ) from error
@@ -102,10 +109,7 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
             )
         node.bytecode = bytecode
         node.bytecode_hash = bytecode_hash
-        # Nothing of this is a change to a render under way, nor to undo, which would keep the Text
-        # as it is while the node goes back.
-        node.id_data.update_tag()
-        node.script.update_tag()
+        _tag(node)
         wanted = {osl.shader_param_ensure(node, parameter) for parameter in query.parameters}
     finally:
         # Cycles leaves it behind for internal scripts

@@ -52,7 +52,7 @@ def written_beside(target: Path) -> Iterator[Path]:
 
 
 def is_whole(path: Path) -> bool:
-    """Whether a PNG, or an EXR of one part, goes on to its end; other files have to hold something."""
+    """Whether a PNG, or an EXR of one part, goes on to its end; other files are not empty."""
     content = path.read_bytes()
     if content.startswith(PNG_START):
         return content.endswith(PNG_END)

@@ -35,6 +35,15 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         loader.leave(config.stash[STATUS])
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what the mark `osl` is on where Blender was built without it."""
+    if item.get_closest_marker("osl") and importlib.util.find_spec("bpy"):
+        import bpy  # noqa: F401, without it there is no _cycles
+
+        if not importlib.import_module("_cycles").with_osl:
+            pytest.skip("this Blender was built without Open Shading Language")
+
+
 @pytest.fixture(scope="session")
 def extension() -> Iterator[ModuleType]:
     """The root module of the checkout, enabled in Blender as an extension.

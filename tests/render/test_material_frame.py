@@ -30,8 +30,14 @@ def light(addon, tmp_path):
 
 
 @pytest.fixture
-def picture(addon, new_material, render, light):
-    """Sphere of a model; inputs of its node by name, and what to do to its mesh."""
+def picture(addon, monkeypatch, new_material, render, light):
+    """Sphere of a model; inputs of its node by name, and what to do to its mesh.
+
+    The sphere is a coarse one. All pictures are of the same, and most of their time is the mesh.
+    """
+    sphere = addon("standard_sphere")
+    monkeypatch.setattr(sphere, "SEGMENTS", 96)
+    monkeypatch.setattr(sphere, "RINGS", 48)
 
     def show(
         model,
@@ -44,7 +50,6 @@ def picture(addon, new_material, render, light):
         material = new_material(model, sampling)
         for name, value in (inputs or {}).items():
             addon("material").find_group_node(material).inputs[name].default_value = value
-        sphere = addon("standard_sphere")
         view = sphere.SphereView(resolution, samples, environment=light)
         scene = sphere.build_scene(material, view)
         prepare(next(item for item in scene.objects if item.type == "MESH").data)
