@@ -7,13 +7,13 @@ writes beside, and what is there takes the place of the old file only if it is w
 
 from __future__ import annotations
 
-import secrets
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..fitter.errors import NfmError, shown_name
+from ..fitter.files import temporary_beside
 
 PNG_START = b"\x89PNG\r\n\x1a\n"
 PNG_END = b"IEND\xaeB`\x82"
@@ -32,7 +32,7 @@ def written_beside(target: Path) -> Iterator[Path]:
         Nothing was written, or half of it; an existing file is kept.
     """
     name = shown_name(target)
-    partial = target.with_name(f".nfm-{secrets.token_hex(8)}{target.suffix}")
+    partial = temporary_beside(target)
     try:
         yield partial
         if not partial.is_file():

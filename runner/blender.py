@@ -61,7 +61,7 @@ def load_extension(checkout: Path = CHECKOUT) -> ModuleType:
     bpy.context.preferences.extensions.repos.new(
         name="dev", module=REPOSITORY, custom_directory=str(repository)
     )
-    _make_oslquery_importable()
+    make_oslquery_importable()
 
     name = f"bl_ext.{REPOSITORY}.{EXTENSION}"
     errors: list[Exception] = []
@@ -73,7 +73,7 @@ def load_extension(checkout: Path = CHECKOUT) -> ModuleType:
     return module
 
 
-def _make_oslquery_importable() -> None:
+def make_oslquery_importable() -> None:
     """Add the folder the bpy wheel forgets; a real Blender has it on its path."""
     import bpy
 

@@ -36,12 +36,25 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip what the mark `osl` is on where Blender was built without it."""
-    if item.get_closest_marker("osl") and importlib.util.find_spec("bpy"):
-        import bpy  # noqa: F401, without it there is no _cycles
+    """Skip what the marks `osl` and `module` are on where that is not there."""
+    if importlib.util.find_spec("bpy") is None:
+        return
+    if item.get_closest_marker("osl") and not _has_osl():
+        pytest.skip("this Blender was built without Open Shading Language")
+    if item.get_closest_marker("module") and not _is_module():
+        pytest.skip("needs Blender as a Python module, which ./nfm test has")
 
-        if not importlib.import_module("_cycles").with_osl:
-            pytest.skip("this Blender was built without Open Shading Language")
+
+def _has_osl() -> bool:
+    import bpy  # noqa: F401, without it there is no _cycles
+
+    return importlib.import_module("_cycles").with_osl
+
+
+def _is_module() -> bool:
+    import bpy
+
+    return bpy.app.module
 
 
 @pytest.fixture(scope="session")

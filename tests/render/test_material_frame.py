@@ -21,6 +21,9 @@ TURNED = replace(
     masking=np.roll(MODEL.masking, STEPS, axis=2),
 )
 
+# Pictures by how they were taken: to compile the shader is what costs.
+TAKEN = {}
+
 
 @pytest.fixture
 def light(addon, tmp_path):
@@ -42,18 +45,27 @@ def picture(addon, monkeypatch, new_material, render, light):
     def show(
         model,
         inputs=None,
-        prepare=lambda mesh: None,
+        prepare=None,
         resolution=32,
         samples=16,
         sampling="REFERENCE",
     ):
+        how = (model is MODEL, str(inputs), prepare, resolution, samples, sampling)
+        if how not in TAKEN:
+            TAKEN[how] = render(
+                scene_of(model, inputs or {}, prepare, resolution, samples, sampling)
+            )
+        return TAKEN[how]
+
+    def scene_of(model, inputs, prepare, resolution, samples, sampling):
         material = new_material(model, sampling)
-        for name, value in (inputs or {}).items():
+        for name, value in inputs.items():
             addon("material").find_group_node(material).inputs[name].default_value = value
         view = sphere.SphereView(resolution, samples, environment=light)
         scene = sphere.build_scene(material, view)
-        prepare(next(item for item in scene.objects if item.type == "MESH").data)
-        return render(scene)
+        if prepare:
+            prepare(next(item for item in scene.objects if item.type == "MESH").data)
+        return scene
 
     return show
 
