@@ -5,16 +5,15 @@ A full disk is a limit on the size of files, which the kernel keeps: writing fai
 in Python and in Blender alike.
 """
 
-import os
-import stat
 from contextlib import contextmanager
 
 import pytest
 
+from tests import rights
+
 resource = pytest.importorskip("resource", reason="limits of a process are a matter of Unix")
 
 OLD = b"what was there before"
-NOBODY = 65534
 
 
 @pytest.fixture
@@ -74,28 +73,6 @@ def full_disk():
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@contextmanager
-def read_only(folder):
-    """As for a person without the right to write there; root has it everywhere."""
-    mode = stat.S_IMODE(folder.stat().st_mode)
-    folder.chmod(0o555)
-    root = os.geteuid() == 0
-    if root:
-        above = [parent for parent in folder.parents if parent.stat().st_uid == 0]
-        modes = {parent: stat.S_IMODE(parent.stat().st_mode) for parent in above}
-        for parent in modes:
-            parent.chmod(modes[parent] | 0o111)
-        os.seteuid(NOBODY)
-    try:
-        yield
-    finally:
-        if root:
-            os.seteuid(0)
-            for parent in modes:
-                parent.chmod(modes[parent])
-        folder.chmod(mode)
-
-
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("there_before", [True, False])
 def test_full_disk(name, there_before, writers, tmp_path):
@@ -116,13 +93,17 @@ def test_read_only_folder(name, writers, tmp_path):
     folder.mkdir()
     path = folder / name
     path.write_bytes(OLD)
-    with read_only(folder), pytest.raises((ValueError, OSError, RuntimeError)) as caught:
+    with (
+        rights.without(folder, 0o555),
+        pytest.raises((ValueError, OSError, RuntimeError)) as caught,
+    ):
         writers[name](path)
     assert name in str(caught.value)
     assert list(folder.iterdir()) == [path]
     assert path.read_bytes() == OLD
 
 
+@pytest.mark.osl
 def test_full_disk_where_shaders_are_compiled(addon, all_names, fitted):
     """Cycles compiles by way of temporary files."""
     before = all_names()

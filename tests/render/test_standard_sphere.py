@@ -5,6 +5,7 @@ import pytest
 
 from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.render import reference
+from tests.render.scenes import render_seeds
 
 RESOLUTION, BLOCK = 64, 8
 
@@ -17,16 +18,6 @@ def blocks(pixels):
 def mean_and_error(pictures):
     pictures = np.array([blocks(picture) for picture in pictures])
     return pictures.mean(0), pictures.std(0, ddof=1) / np.sqrt(len(pictures))
-
-
-def render_seeds(render, scene, seeds):
-    """Pictures of a scene that Cycles builds once: most of the time of a small one is the mesh."""
-    scene.render.use_persistent_data = True
-    pictures = []
-    for seed in seeds:
-        scene.cycles.seed = seed
-        pictures.append(render(scene))
-    return pictures
 
 
 ALL_MODELS = MODELS | ANISOTROPIC_MODELS

@@ -23,23 +23,29 @@ def sample(tmp_path_factory):
     return path
 
 
-@pytest.fixture
-def run(tmp_path, monkeypatch):
+def run(path, folder, **options):
     """Events of a job whose fits are short."""
-    for name in ("draft", "standard"):
-        monkeypatch.setitem(QUALITIES, name, SHORT)
-
-    def run(path, **options):
-        request = {"quality": "standard", "draft": True, "folder": str(tmp_path)} | options
-        events = []
+    request = {"quality": "standard", "draft": True, "folder": str(folder)} | options
+    events = []
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("draft", "standard"):
+            patch.setitem(QUALITIES, name, SHORT)
         job.run(job.Request(path=str(path), **request), events.append)
-        return events
-
-    return run
+    return events
 
 
-def test_a_draft_comes_first_and_progress_never_falls(run, sample):
-    events = run(sample)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("results")
+
+
+@pytest.fixture(scope="module")
+def events(sample, folder):
+    """Of a draft and the fit after it."""
+    return run(sample, folder)
+
+
+def test_a_draft_comes_first_and_progress_never_falls(events):
     assert [event.kind for event in events if event.kind != "step"] == ["draft", "final"]
     progress = [event.progress for event in events]
     assert progress == sorted(progress)
@@ -48,28 +54,27 @@ def test_a_draft_comes_first_and_progress_never_falls(run, sample):
     assert steps == ["Reading", "Draft", "Trying start 1", "Refining", "Polishing", "Grading"]
 
 
-def test_results_are_parameter_files_slices_and_an_icon(run, sample, tmp_path):
-    events = run(sample)
+def test_results_are_parameter_files_slices_and_an_icon(events, folder):
     draft, final = (parameter_file.load(e.text) for e in events if e.kind != "step")
     assert draft.fit["quality"] == "draft"
     assert "studio_psnr" not in draft.fit
     assert final.fit["quality"] == "standard"
     assert final.fit["studio_psnr"] > 20
-    assert np.load(tmp_path / job.SLICES_FILE).shape == (4, 359, 3)
-    assert np.load(tmp_path / job.ICON_FILE).shape == (128, 128, 4)
+    assert np.load(folder / job.SLICES_FILE).shape == (4, 359, 3)
+    assert np.load(folder / job.ICON_FILE).shape == (128, 128, 4)
 
 
 @pytest.mark.parametrize("options", [{"draft": False}, {"quality": "draft"}])
-def test_without_a_draft(options, run, sample):
-    kinds = [event.kind for event in run(sample, **options)]
+def test_without_a_draft(options, sample, tmp_path):
+    kinds = [event.kind for event in run(sample, tmp_path, **options)]
     assert kinds.count("final") == 1
     assert "draft" not in kinds
 
 
-def test_a_bad_file_is_the_last_event(run, tmp_path):
+def test_a_bad_file_is_the_last_event(tmp_path):
     path = tmp_path / "bad.binary"
     path.write_bytes(bytes(7))
-    *_, last = run(path)
+    *_, last = run(path, tmp_path)
     assert last.kind == "error"
     assert "bad.binary: 7 bytes" in last.text
 
