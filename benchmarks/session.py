@@ -17,6 +17,7 @@ import argparse
 import os
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -38,7 +39,8 @@ GROWTH = 20.0  # MB between the first quarter of the imports and the last, beyon
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ./nfm bench session."""
     for name, count in COUNTS.items():
-        parser.add_argument(f"--{name}", metavar="N", type=int, default=count)
+        text = f"default: {count}; 0 leaves that part out"
+        parser.add_argument(f"--{name}", metavar="N", type=int, default=count, help=text)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,11 +51,17 @@ def run(arguments: argparse.Namespace) -> int:
         name: import_module(f"{addon}.{name}")
         for name in ("material", "live", "rendering", "standard_sphere")
     }
-    with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
-        left = _imports(Path(folder), arguments.imports)
-        left |= _saving(Path(folder), modules["material"], arguments.loops)
-        left |= _undoing(modules, arguments.loops)
-        _many(Path(folder), modules, arguments.materials)
+    quiet = modules["rendering"].quiet_console
+    left = False
+    with tempfile.TemporaryDirectory(prefix="nfm-bench-") as name:
+        folder = Path(name)
+        if arguments.imports:
+            left |= _imports(folder, quiet, arguments.imports)
+        if arguments.loops:
+            left |= _saving(folder, quiet, modules["material"], arguments.loops)
+            left |= _undoing(modules, arguments.loops)
+        if arguments.materials:
+            _many(folder, modules, arguments.materials)
     return int(left)
 
 
@@ -69,7 +77,7 @@ def model_of(number: int) -> FactorModel:
     ).normalized()
 
 
-def _imports(folder: Path, count: int) -> bool:
+def _imports(folder: Path, quiet: Callable, count: int) -> bool:
     import bpy
 
     before = _datablocks()
@@ -79,11 +87,12 @@ def _imports(folder: Path, count: int) -> bool:
         item = bpy.data.objects.new("Thing", bpy.data.meshes.new("Thing"))
         bpy.context.scene.collection.objects.link(item)
         bpy.context.view_layer.objects.active = item
-        bpy.ops.nfm.import_measurement(filepath=str(path))
-        bpy.data.objects.remove(item)
-        for material in [*bpy.data.materials]:
-            bpy.data.materials.remove(material)
-        bpy.ops.outliner.orphans_purge(do_recursive=True)
+        with quiet():
+            bpy.ops.nfm.import_measurement(filepath=str(path))
+            bpy.data.objects.remove(item)
+            for material in [*bpy.data.materials]:
+                bpy.data.materials.remove(material)
+            bpy.ops.outliner.orphans_purge(do_recursive=True)
         memory.append(_resident())
     seconds = (time.process_time() - start) / count
     quarter = max(count // 4, 1)
@@ -95,15 +104,16 @@ def _imports(folder: Path, count: int) -> bool:
     return bool(left) or grown > GROWTH
 
 
-def _saving(folder: Path, material: object, count: int) -> bool:
+def _saving(folder: Path, quiet: Callable, material: object, count: int) -> bool:
     import bpy
 
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     material.build(FittedMaterial("saved", model_of(0))).use_fake_user = True
     path, before, start = folder / "saved.blend", _datablocks(), time.process_time()
     for number in range(count):
-        bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
-        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+        with quiet():
+            bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
+            bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
         if number == 0:
             first, memory = path.stat().st_size, _resident()
     left = _datablocks() - before
@@ -143,6 +153,7 @@ def _undoing(modules: dict, count: int) -> bool:
 def _many(folder: Path, modules: dict, count: int) -> None:
     import bpy
 
+    quiet = modules["rendering"].quiet_console
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     empty, start = _resident(), time.process_time()
     materials = [
@@ -155,13 +166,18 @@ def _many(folder: Path, modules: dict, count: int) -> None:
     )
     scene = bpy.context.scene
     side = int(np.ceil(np.sqrt(count)))
-    mesh = modules["standard_sphere"]._sphere_mesh()
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
+    bpy.ops.object.shade_smooth()
+    first = bpy.context.object
+    first.data.materials.append(None)
     for number, material in enumerate(materials):
-        own = mesh.copy()
-        own.materials.append(material)
-        item = bpy.data.objects.new(material.name, own)
+        # all of one mesh: what is measured is the materials
+        item = first if number == 0 else bpy.data.objects.new(material.name, first.data)
+        item.material_slots[0].link = "OBJECT"
+        item.material_slots[0].material = material
         item.location = (2.2 * (number % side), 0, 2.2 * (number // side))
-        scene.collection.objects.link(item)
+        if number:
+            scene.collection.objects.link(item)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 2.2 * side
     camera.location = (1.1 * (side - 1), -4, 1.1 * (side - 1))
@@ -171,10 +187,12 @@ def _many(folder: Path, modules: dict, count: int) -> None:
     scene.world = modules["standard_sphere"].new_world(None)
     modules["rendering"].render_settings(scene, 512, 512, 16, 0)
     path = folder / "many.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)
-    print(f"  saved, compressed: {path.stat().st_size / MB:.1f} MB (spheres included)")
+    with quiet():
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)
+    print(f"  saved, compressed: {path.stat().st_size / MB:.1f} MB")
     start = time.process_time()
-    bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+    with quiet():
+        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     print(f"  opened in {time.process_time() - start:.2f} s, memory {_resident():.0f} MB")
     picture, start = folder / "many.exr", time.process_time()
     modules["rendering"].render_to_file(bpy.context.scene, picture)

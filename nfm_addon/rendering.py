@@ -79,7 +79,7 @@ def render_to_file(
     scene.render.use_file_extension = False
     with written_beside(output) as partial:
         scene.render.filepath = str(partial.resolve())
-        with _quiet_console(), _progress_handler(on_progress, scene.cycles.samples):
+        with quiet_console(), _progress_handler(on_progress, scene.cycles.samples):
             bpy.ops.render.render(write_still=True, scene=scene.name)
 
 
@@ -98,8 +98,8 @@ def remove_scene(scene: bpy.types.Scene) -> None:
 
 
 @contextmanager
-def _quiet_console() -> Iterator[None]:
-    """Keep Blender's own lines off standard output, which belongs to the report of a verb."""
+def quiet_console() -> Iterator[None]:
+    """Keep Blender's own lines off standard output, which belongs to a report."""
     sys.stdout.flush()
     saved = os.dup(1)
     sink = os.open(os.devnull, os.O_WRONLY)
