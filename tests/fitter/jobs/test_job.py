@@ -2,6 +2,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 from fitter import synthetic
 from fitter.fitting.quality import QUALITIES, Quality
 from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from fitter.jobs import job
+from fitter.shading import shading
 from runner.environment import CHECKOUT
+from tests.models import MODELS
 
 SHORT = Quality(1, 1, 0, 1, 0, 0, 45, 90, 1, 90)
 
@@ -46,6 +50,30 @@ def test_a_draft_comes_first_and_progress_never_falls(run, sample):
     assert (progress[0], progress[-1]) == (0.0, 1.0)
     steps = list(dict.fromkeys(event.text for event in events if event.kind == "step"))
     assert steps == ["Reading", "Draft", "Trying start 1", "Refining", "Polishing", "Grading"]
+
+
+def test_base_lobes_come_with_every_result_that_is_asked_for(run, sample):
+    events = run(sample, shading=True)
+    results = [event for event in events if event.kind != "step"]
+    assert [event.kind for event in results] == ["draft", "final"]
+    assert sum(event.text == "Base lobes" for event in events) == 2
+    progress = [event.progress for event in events]
+    assert progress == sorted(progress)
+    for event in results:
+        found = shading.load(job.shading_path(Path(event.text)))
+        expected = shading.shade(parameter_file.load(event.text).model)
+        assert found.error == expected.error
+        np.testing.assert_array_equal(found.base.weights, expected.base.weights)
+
+
+def test_a_parameter_file_needs_no_fit(run, tmp_path):
+    path = tmp_path / "paint.nfm.json"
+    parameter_file.save(path, FittedMaterial("paint", MODELS["paint"]))
+    events = run(path, shading=True)
+    assert [event.text for event in events if event.kind == "step"] == ["Reading", "Base lobes"]
+    assert events[-1].kind == "final"
+    assert parameter_file.load(events[-1].text).name == "paint"
+    assert job.shading_path(Path(events[-1].text)).exists()
 
 
 def test_results_are_parameter_files_slices_and_an_icon(run, sample, tmp_path):
