@@ -34,6 +34,11 @@ def find(model: Factors) -> Shading | None:
     return _known.get(key)
 
 
+def forget() -> None:
+    """Know nothing any more."""
+    _known.clear()
+
+
 def is_same(one: Factors, other: Factors) -> bool:
     """Whether two models have the same numbers."""
     return _key(one) == _key(other)
@@ -51,4 +56,4 @@ def register() -> None:
 
 
 def unregister() -> None:
-    _known.clear()
+    forget()

@@ -20,10 +20,10 @@ MODEL = ANISOTROPIC_MODELS["brushed"]
 def background(addon):
     module = addon("background_shading")
     known = addon("known_shadings")
-    known.unregister()
+    known.forget()
     yield module
     module.stop()
-    known.unregister()
+    known.forget()
     assert folders() == []
 
 
@@ -82,7 +82,7 @@ def test_a_closed_file_ends_the_search(background, blender):
 def test_an_edited_material_is_finished_by_it(background, addon, blender, monkeypatch):
     live, editing = addon("live"), addon("editing")
     material = addon("material").build(FittedMaterial("brushed", MODEL), "NATIVE")
-    addon("known_shadings").unregister()
+    addon("known_shadings").forget()
     asked = []
     monkeypatch.setattr(background, "is_over", lambda model: asked.append(model) or len(asked) > 2)
     shade_here = []

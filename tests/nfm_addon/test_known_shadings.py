@@ -9,9 +9,9 @@ from tests.models import MODELS
 @pytest.fixture
 def known(addon):
     module = addon("known_shadings")
-    module.unregister()
+    module.forget()
     yield module
-    module.unregister()
+    module.forget()
 
 
 def test_a_model_with_the_same_numbers_is_known(known):
