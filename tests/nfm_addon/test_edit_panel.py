@@ -81,8 +81,8 @@ def drawn(blender, addon):
         panel = SimpleNamespace(layout=Notes(blender, lines))
         context = SimpleNamespace(
             material=material,
-            preferences=blender.context.preferences,
-            region=SimpleNamespace(width=width * blender.context.preferences.system.ui_scale),
+            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+            region=SimpleNamespace(width=width),
         )
         addon("edit_panel").NFM_PT_edit.draw(panel, context)
         draw.split = panel.layout.use_property_split

@@ -124,7 +124,7 @@ def test_twice_registered_and_unregistered(run_python):
         "depsgraph_update_post": 1,
         "frame_change_post": 1,
         "load_post": 2,
-        "load_pre": 2,
+        "load_pre": 3,
         "redo_post": 2,
         "render_cancel": 1,
         "render_complete": 1,
