@@ -68,7 +68,7 @@ def extension() -> Iterator[ModuleType]:
         pytest.skip("bpy is not installed")
     root = loader.load_extension()
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in (("shader_source", "fit_base_lobes"), ("material", "new_surface")):
+        for module, name in (("shader_source", "shade"), ("material", "new_surface")):
             owner = importlib.import_module(f"{root.__name__}.nfm_addon.{module}")
             patch.setattr(owner, name, once_for_each_model(getattr(owner, name)))
         yield root

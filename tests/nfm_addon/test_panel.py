@@ -176,7 +176,6 @@ def test_shows_everything_in_order(material, drawn):
                 "save_edits",
                 "load_edits",
                 "reset_material",
-                "install_library",
             )
         ),
         ("label", "Plot", "NONE"),

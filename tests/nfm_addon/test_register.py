@@ -116,14 +116,15 @@ def test_twice_registered_and_unregistered(run_python):
     assert len(on["menu"]) == 2
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
-    # of the queue, the landings, completion of what is opened or appended, and live editing
+    # of the queue, the landings, the search for base lobes, completion of what is opened or
+    # appended, and live editing
     added = {name: n - off["handlers"][name] for name, n in on["handlers"].items()}
     assert {name: n for name, n in added.items() if n} == {
         "blend_import_post": 1,
         "depsgraph_update_post": 1,
         "frame_change_post": 1,
         "load_post": 2,
-        "load_pre": 2,
+        "load_pre": 3,
         "redo_post": 2,
         "render_cancel": 1,
         "render_complete": 1,

@@ -2,6 +2,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 from fitter import synthetic
 from fitter.fitting.quality import QUALITIES, Quality
 from fitter.formats import parameter_file
+from fitter.formats.parameter_file import FittedMaterial
 from fitter.jobs import job
+from fitter.shading import shading
 from runner.environment import CHECKOUT
+from tests.models import MODELS
 
 SHORT = Quality(1, 1, 0, 1, 0, 0, 45, 90, 1, 90)
 
@@ -41,8 +45,8 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def events(sample, folder):
-    """Of a draft and the fit after it."""
-    return run(sample, folder)
+    """Of a draft and the fit after it, each with its base lobes."""
+    return run(sample, folder, shading=True)
 
 
 def test_a_draft_comes_first_and_progress_never_falls(events):
@@ -51,7 +55,29 @@ def test_a_draft_comes_first_and_progress_never_falls(events):
     assert progress == sorted(progress)
     assert (progress[0], progress[-1]) == (0.0, 1.0)
     steps = list(dict.fromkeys(event.text for event in events if event.kind == "step"))
-    assert steps == ["Reading", "Draft", "Trying start 1", "Refining", "Polishing", "Grading"]
+    fit = ["Trying start 1", "Refining", "Polishing", "Grading"]
+    assert steps == ["Reading", "Draft", "Base lobes", *fit]
+
+
+def test_base_lobes_come_with_every_result_that_is_asked_for(events):
+    results = [event for event in events if event.kind != "step"]
+    assert [event.kind for event in results] == ["draft", "final"]
+    assert sum(event.text == "Base lobes" for event in events) == 2
+    for event in results:
+        found = shading.load(job.shading_path(Path(event.text)))
+        expected = shading.shade(parameter_file.load(event.text).model)
+        assert found.error == expected.error
+        np.testing.assert_array_equal(found.base.weights, expected.base.weights)
+
+
+def test_a_parameter_file_needs_no_fit(tmp_path):
+    path = tmp_path / "paint.nfm.json"
+    parameter_file.save(path, FittedMaterial("paint", MODELS["paint"]))
+    events = run(path, tmp_path, shading=True)
+    assert [event.text for event in events if event.kind == "step"] == ["Reading", "Base lobes"]
+    assert events[-1].kind == "final"
+    assert parameter_file.load(events[-1].text).name == "paint"
+    assert job.shading_path(Path(events[-1].text)).exists()
 
 
 def test_results_are_parameter_files_slices_and_an_icon(events, folder):
@@ -66,9 +92,11 @@ def test_results_are_parameter_files_slices_and_an_icon(events, folder):
 
 @pytest.mark.parametrize("options", [{"draft": False}, {"quality": "draft"}])
 def test_without_a_draft(options, sample, tmp_path):
-    kinds = [event.kind for event in run(sample, tmp_path, **options)]
+    events = run(sample, tmp_path, **options)
+    kinds = [event.kind for event in events]
     assert kinds.count("final") == 1
     assert "draft" not in kinds
+    assert not any(event.text == "Base lobes" for event in events)
 
 
 def test_a_bad_file_is_the_last_event(tmp_path):
