@@ -21,12 +21,12 @@ CHECKOUT = Path(__file__).resolve().parent.parent
 PACKAGES = ("pytest", "_pytest", "py", "pluggy", "iniconfig", "packaging", "pygments")
 
 FAILED = 1
-MISSING = f"""\
+MISSING = """\
 tests/run.py: there is no pytest for Blender's Python. Do one of these and start again:
 - run ./nfm test --version once: it makes an environment with pytest, which is then found;
 - install it into a folder, and name that folder:
     python3 -m pip install --target /tmp/nfm-pytest pytest
-    NFM_PYTEST=/tmp/nfm-pytest blender -b --factory-startup --python {Path(__file__).name}"""
+    NFM_PYTEST=/tmp/nfm-pytest blender -b --factory-startup --python tests/run.py"""
 
 
 class Borrowed:
