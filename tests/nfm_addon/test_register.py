@@ -189,6 +189,19 @@ SOURCES = [
 ]
 
 
+# What opens connections, in the standard library and in what Blender brings.
+NETWORK = {"asyncio", "ftplib", "http", "requests", "smtplib", "socket", "socketserver", "ssl"}
+NETWORK |= {"telnetlib", "urllib", "urllib3", "xmlrpc"}
+
+
+def test_nothing_opens_connections():
+    """The manifest asks for no permission to."""
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES)
+    names = {name.split(".")[0] for tree in trees for name in imported_names(tree)}
+    assert "numpy" in names
+    assert not names & NETWORK
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(CHECKOUT)))
 def test_imports_point_one_way(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
