@@ -42,7 +42,7 @@ class Quality(Work):
 
 
 QUALITIES = {
-    "draft": Quality(1, 6, 0, 5, 6, 2, 5, 180, 0, 180),
+    "draft": Quality(1, 5, 0, 5, 6, 2, 15, 120, 0, 120),
     "standard": Quality(3, 6, 4, 20, 10, 8, 5, 360, 3, 720),
     "best": Quality(5, 12, 8, 60, 40, 8, 5, 360, 12, 720),
 }
