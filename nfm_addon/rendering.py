@@ -81,7 +81,7 @@ def render_to_file(
     scene.render.filepath = str(partial.resolve())
     scene.render.use_file_extension = False
     try:
-        with _quiet_console(), _progress_handler(on_progress, scene.cycles.samples):
+        with quiet_console(), _progress_handler(on_progress, scene.cycles.samples):
             bpy.ops.render.render(write_still=True, scene=scene.name)
         if not partial.is_file():
             raise NfmError(f"{name}: Blender wrote no picture; see its console")
@@ -105,7 +105,7 @@ def remove_scene(scene: bpy.types.Scene) -> None:
 
 
 @contextmanager
-def _quiet_console() -> Iterator[None]:
+def quiet_console() -> Iterator[None]:
     """Keep Blender's own lines off standard output, which belongs to the report of a verb."""
     sys.stdout.flush()
     saved = os.dup(1)

@@ -16,6 +16,11 @@ from ..fitter.shading.base_lobes import BaseLobes, fit_base_lobes
 from ..fitter.shading.closures import Closure
 from ..osl import generate
 
+# Digits of the weights and picking shares of anisotropic base lobes, counted from the largest of a
+# lobe: 226,000 numbers, which so take half the room in a .blend (docs/RESULTS.md, demo.blend).
+# Ramps have both signs and nearly cancel, so that with a digit less the error of a base grows.
+WEIGHT_DIGITS, PICKING_DIGITS = 5, 3
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -81,6 +86,9 @@ def _surface_tables(model: Factors, selection: np.ndarray) -> generate.SurfaceTa
 
 
 def _base_tables(base: BaseLobes) -> generate.BaseTables:
+    weights, picking = base.weights, base.picking
+    if weights.shape[1] > 1:
+        weights, picking = _rounded(weights, WEIGHT_DIGITS), _rounded(picking, PICKING_DIGITS)
     return generate.BaseTables(
         kinds=[closure.kind for closure in base.closures],
         parameters=[closure.parameter for closure in base.closures],
@@ -91,9 +99,20 @@ def _base_tables(base: BaseLobes) -> generate.BaseTables:
         angles=_flat(base.theta_o),
         n_azimuths=base.weights.shape[1],
         # the shader reads a column's three channels as one colour
-        weights=_flat(base.weights.swapaxes(3, 4)),
-        picking=_flat(base.picking),
+        weights=_flat(weights.swapaxes(3, 4)),
+        picking=_flat(picking),
     )
+
+
+def _rounded(table: np.ndarray, digits: int) -> np.ndarray:
+    """A table (rows, azimuths, lobes, ...) with so many digits of the largest number of a lobe."""
+    result = np.zeros_like(table)
+    for lobe in range(table.shape[2]):
+        largest = np.abs(table[:, :, lobe]).max()
+        if largest > 0:
+            places = digits - 1 - int(np.floor(np.log10(largest)))
+            result[:, :, lobe] = np.round(table[:, :, lobe], places)
+    return result + 0.0  # no -0
 
 
 def _flat(array: np.ndarray) -> list[float]:
