@@ -69,10 +69,7 @@ def form_mesh() -> bpy.types.Mesh:
     radius = radius * (1 - FLUTE_DEPTH * np.sin(np.pi * along) ** 1.5 * np.maximum(valley, 0))
     # edges of the mesh run along the flutes, or these would be ragged
     phi = start - FLUTE_TWIST * along
-    rings = np.stack(
-        np.broadcast_arrays(radius * np.cos(phi), radius * np.sin(phi), height), axis=-1
-    )
-    return turned("Form", rings[1:-1], profile[0, 1], profile[-1, 1])
+    return turned("Form", radius, height, phi)
 
 
 def disc_mesh(name: str, radius: float, height: float, edge: float) -> bpy.types.Mesh:
@@ -88,21 +85,14 @@ def disc_mesh(name: str, radius: float, height: float, edge: float) -> bpy.types
             (0.0, height),
         )
     )
-    phi = np.arange(SIDES) / SIDES * 2 * np.pi
-    radii, heights = profile[1:-1, :1], profile[1:-1, 1:]
-    rings = np.stack(np.broadcast_arrays(radii * np.cos(phi), radii * np.sin(phi), heights), -1)
-    return turned(name, rings, 0.0, height)
+    return turned(name, profile[:, :1], profile[:, 1:], np.arange(SIDES) / SIDES * 2 * np.pi)
 
 
 def ball_mesh(radius: float) -> bpy.types.Mesh:
     """A ball around the origin."""
-    theta = np.linspace(np.pi, 0, 34)[1:-1, None]
+    theta = np.linspace(np.pi, 0, 34)[:, None]
     phi = np.arange(64) / 64 * 2 * np.pi
-    rings = radius * np.stack(
-        np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)),
-        -1,
-    )
-    return turned("Ball", rings, -radius, radius)
+    return turned("Ball", radius * np.sin(theta), radius * np.cos(theta), phi)
 
 
 def extruded_mesh(name: str, profile: np.ndarray, width: float) -> bpy.types.Mesh:
@@ -113,8 +103,13 @@ def extruded_mesh(name: str, profile: np.ndarray, width: float) -> bpy.types.Mes
     return _mesh(name, vertices, faces)
 
 
-def turned(name: str, rings: np.ndarray, bottom: float, top: float) -> bpy.types.Mesh:
-    """Rings (n, sides, 3), upwards, closed by a point on the axis at either end."""
+def turned(name: str, radius: np.ndarray, height: np.ndarray, phi: np.ndarray) -> bpy.types.Mesh:
+    """A closed mesh of rings one above the other, of which the first and last are points.
+
+    radius, height, phi : metres, metres, radians; arrays that broadcast to (rings, sides)
+    """
+    rings = np.stack(np.broadcast_arrays(radius * np.cos(phi), radius * np.sin(phi), height), -1)
+    bottom, rings, top = rings[0, 0], rings[1:-1], rings[-1, 0]
     n, sides = rings.shape[:2]
     corner = np.arange(n * sides).reshape(n, sides)
     beside = np.roll(corner, -1, axis=1)
@@ -122,7 +117,7 @@ def turned(name: str, rings: np.ndarray, bottom: float, top: float) -> bpy.types
     low, high = n * sides, n * sides + 1
     fans = [(low, b, a) for a, b in zip(corner[0].tolist(), beside[0].tolist(), strict=True)]
     fans += [(high, a, b) for a, b in zip(corner[-1].tolist(), beside[-1].tolist(), strict=True)]
-    vertices = [*rings.reshape(-1, 3).tolist(), (0, 0, bottom), (0, 0, top)]
+    vertices = [*rings.reshape(-1, 3).tolist(), (0, 0, bottom[2]), (0, 0, top[2])]
     return _mesh(name, vertices, [*quads.tolist(), *fans])
 
 

@@ -6,8 +6,7 @@ Names say which are measured and which are synthetic, as those of the library do
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import bpy
 
