@@ -245,7 +245,7 @@ def controls_curves(studio: Studio) -> list[list[np.ndarray]]:
     cut = {name: [point[:2] for point in CUT_OFF] for name in ("Lobe 2 D", "Lobe 3 D")}
     fall = [(0.0, 1.0), (0.3, 0.95), (0.55, 0.25), (1.0, 0.0)]
     falling = {f"Lobe {lobe} G": fall for lobe in (1, 2, 3)}
-    rise = {"F": [(0.0, 0.15), (0.35, 0.3), (0.55, 0.9), (1.0, 1.0)]}
+    rise = {"F": [(0.0, 0.01), (0.3, 0.03), (0.6, 0.5), (1.0, 1.0)]}
     velvet = studio.load("nfm_addon.demo.materials").entry("velvet-crimson")
     return pairs(
         studio,

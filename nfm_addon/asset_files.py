@@ -10,7 +10,7 @@ from __future__ import annotations
 import secrets
 import uuid
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -20,6 +20,7 @@ from ..fitter.errors import NfmError, shown_name
 from ..fitter.files import write_atomically
 from ..fitter.formats.parameter_file import FittedMaterial
 from . import assets, material
+from .blend_files import replacing
 from .properties import DEFAULT_SAMPLING
 
 CATALOGUES = "blender_assets.cats.txt"
@@ -122,19 +123,8 @@ def _with_parents(catalogues: Iterable[str]) -> set[str]:
 
 
 def _write(path: Path, item: bpy.types.Material) -> None:
-    partial = path.with_name(f".nfm-{secrets.token_hex(8)}.blend")
-    try:
+    with replacing(path) as partial:
         bpy.data.libraries.write(str(partial), {item}, fake_user=True, compress=True)
-        partial.replace(path)
-    except (OSError, RuntimeError) as error:
-        # what Blender says has its own path in it, on several lines
-        reason = getattr(error, "strerror", None) or "see Blender's console"
-        raise NfmError(
-            f"{shown_name(path)}: cannot be written ({reason}); choose another folder"
-        ) from error
-    finally:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -22,7 +22,7 @@ PYTHONS = ("3.11", "3.13")
 PLATFORMS = ("manylinux_2_28_x86_64", "macosx_11_0_arm64", "macosx_10_15_x86_64", "win_amd64")
 BUNDLED = "OpenEXR"
 
-LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "nfm-demo", "wheels", "*.zip")
+LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "nfm-demo", "demo.blend", "wheels", "*.zip")
 
 
 def main(arguments: list[str]) -> int:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import bpy
 
 from ...fitter.errors import NfmError, shown_name
 from .. import material
+from ..blend_files import replacing
 from ..cloth_scene import ROTATIONS, cloth_mesh, turned
 from ..drape import BALL_RADIUS
 from ..rendering import quiet_console
@@ -127,21 +127,10 @@ def write(path: Path) -> None:
     scene = build_scene()
     _show(scene)
     bpy.data.texts.new("About").from_string(ABOUT)
-    partial = path.with_name(f".nfm-{os.getpid()}.blend")
-    try:
-        with quiet_console():
-            bpy.ops.wm.save_as_mainfile(
-                filepath=str(partial), compress=True, copy=True, relative_remap=False
-            )
-        partial.replace(path)
-    except (OSError, RuntimeError) as error:
-        # what Blender says has its own path in it
-        reason = getattr(error, "strerror", None) or "see Blender's console"
-        raise NfmError(
-            f"{shown_name(path)}: cannot be written ({reason}); choose another folder"
-        ) from error
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing(path) as partial, quiet_console():
+        bpy.ops.wm.save_as_mainfile(
+            filepath=str(partial), compress=True, copy=True, relative_remap=False
+        )
 
 
 def _show(scene: bpy.types.Scene) -> None:

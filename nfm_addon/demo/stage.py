@@ -114,12 +114,7 @@ def set_up_render(scene: bpy.types.Scene) -> None:
 def plain_material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
     """A matte material."""
     material = bpy.data.materials.new(name)
-    tree = empty_tree(material)
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = color
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (220, 0)
-    tree.links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
+    _shade(material, "ShaderNodeBsdfDiffuse", "ShaderNodeOutputMaterial", color)
     material.diffuse_color = color
     return material
 
@@ -144,10 +139,7 @@ def _lamp(box: SoftBox) -> bpy.types.Object:
 
 def _fade(lamp: bpy.types.Light) -> None:
     """Let the light fade from the middle of a lamp to its edges, (16 u (1-u) v (1-v))^0.7."""
-    if lamp.node_tree is None:
-        lamp.use_nodes = True
-    tree = lamp.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(lamp)
     place = tree.nodes.new("ShaderNodeNewGeometry")
     split = tree.nodes.new("ShaderNodeSeparateXYZ")
     tree.links.new(place.outputs["Parametric"], split.inputs["Vector"])
@@ -178,13 +170,22 @@ def _fade(lamp: bpy.types.Light) -> None:
 
 def _world() -> bpy.types.World:
     world = bpy.data.worlds.new("Studio")
-    tree = empty_tree(world)
-    background = tree.nodes.new("ShaderNodeBackground")
-    background.inputs["Color"].default_value = AMBIENT
-    output = tree.nodes.new("ShaderNodeOutputWorld")
-    output.location = (220, 0)
-    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    _shade(world, "ShaderNodeBackground", "ShaderNodeOutputWorld", AMBIENT)
     return world
+
+
+def _shade(
+    owner: bpy.types.Material | bpy.types.World,
+    shader: str,
+    output: str,
+    color: tuple[float, float, float, float],
+) -> None:
+    """Give the owner a shader of one colour."""
+    tree = empty_tree(owner)
+    source, target = tree.nodes.new(shader), tree.nodes.new(output)
+    source.inputs["Color"].default_value = color
+    target.location = (220, 0)
+    tree.links.new(source.outputs[0], target.inputs["Surface"])
 
 
 def _camera() -> bpy.types.Object:
