@@ -261,6 +261,11 @@ def controls_curves(studio: Studio) -> list[list[np.ndarray]]:
 def controls_direction(studio: Studio) -> list[list[np.ndarray]]:
     """What anisotropic materials have besides."""
     level = {f"Lobe {lobe} D around": [(0.0, 1.0), (1.0, 1.0)] for lobe in (1, 2, 3)}
+
+    def level_around(material: object) -> None:
+        curves(studio, level, material)
+        slid(material, keep_energy=True)  # what was dark is as bright as the brightest
+
     every = {f"lobe_{lobe}_width": 1.0 for lobe in (1, 2, 3)}
     along = {f"{name}_along": 3.0 for name in every}
     across = {f"{name}_across": 0.4 for name in every}
@@ -270,7 +275,7 @@ def controls_direction(studio: Studio) -> list[list[np.ndarray]]:
             ("brushed-brass", partial(socket, studio, "Rotation", 90.0)),
             ("brushed-brass", partial(slid, **along)),
             ("brushed-brass", partial(slid, **across)),
-            ("brushed-brass", partial(curves, studio, level)),
+            ("brushed-brass", level_around),
         ],
     )
 
