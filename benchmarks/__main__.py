@@ -18,6 +18,7 @@ from . import (
     render,
     rgl,
     sampling,
+    session,
     smooth,
 )
 
@@ -35,6 +36,7 @@ BENCHMARKS = {
     "render": render,
     "rgl": rgl,
     "sampling": sampling,
+    "session": session,
     "smooth": smooth,
 }
 

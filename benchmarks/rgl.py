@@ -29,6 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from fitter.errors import NfmError
+from fitter.fitting.quality import DEFAULT_QUALITY, QUALITIES
 from fitter.formats import parameter_file, readers, rgl
 from fitter.formats.parameter_file import FittedMaterial
 from fitter.jobs import fit_file
@@ -51,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keep", metavar="DIR", type=Path, required=True, help="fits, pictures and figures"
     )
+    parser.add_argument("--quality", choices=list(QUALITIES), default=DEFAULT_QUALITY)
     parser.add_argument("--resolution", type=int, default=64, metavar="R")
     parser.add_argument(
         "--every", type=int, default=1, metavar="N", help="numpy grades every Nth pixel only"
@@ -79,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     scene = LitScene(normals[:: arguments.every], mask, maps)
     rows = []
     for name in names:
-        fitted = _fitted(name, arguments.keep)
+        fitted = _fitted(name, arguments.keep, arguments.quality)
         row = kept(arguments.keep / f"{name}.json", partial(_graded, name, fitted, scene))
         if not arguments.no_renders:
             pictures = _rendered(addon, name, fitted, arguments)
@@ -98,13 +100,13 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if any(not check.ok for check in checks) else 0
 
 
-def _fitted(name: str, folder: Path) -> FittedMaterial:
+def _fitted(name: str, folder: Path, quality: str) -> FittedMaterial:
     path = folder / f"{name}{parameter_file.SUFFIX}"
     if path.is_file():
         return parameter_file.load(path)
     start = time.process_time()
     measurement = readers.read(shared_data.rgl_path(name))
-    fitted = fit_file.fit_measurement(measurement)
+    fitted = fit_file.fit_measurement(measurement, quality=quality)
     fitted.fit["cpu_seconds"] = round(time.process_time() - start, 1)
     parameter_file.save(path, fitted)
     return fitted

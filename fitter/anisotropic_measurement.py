@@ -10,6 +10,7 @@ import numpy as np
 from . import polar_grid
 from .geometry import azimuth, polar_angle
 from .measurement import Source
+from .taps import Taps
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,13 @@ class AnisotropicMeasurement:
         Constant beyond 75 degrees.
         """
         table = self.f_r.reshape(polar_grid.N_NODES, polar_grid.N_NODES, 3)
-        index_i, weight_i = _clamped_taps(wi)
-        index_o, weight_o = _clamped_taps(wo)
+        taps_i, taps_o = _clamped_taps(wi), _clamped_taps(wo)
         return sum(
-            table[index_i[:, a], index_o[:, b]] * (weight_i[:, a] * weight_o[:, b])[:, None]
-            for a in range(4)
-            for b in range(4)
+            table[index_i, index_o] * (weight_i * weight_o)[:, None]
+            for index_i, weight_i in zip(taps_i.index, taps_i.weight, strict=True)
+            for index_o, weight_o in zip(taps_o.index, taps_o.weight, strict=True)
         )
 
 
-def _clamped_taps(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _clamped_taps(w: np.ndarray) -> Taps:
     return polar_grid.taps(np.minimum(polar_angle(w), polar_grid.LAST_THETA), azimuth(w))

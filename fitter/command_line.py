@@ -24,8 +24,7 @@ from .jobs import batch, cluster
 from .jobs.fit_file import fit_measurement
 from .jobs.progress import Progress
 from .models.factors import Factors
-from .shading.base_error import base_error
-from .shading.base_lobes import fit_base_lobes
+from .shading.shading import shade
 
 FAILED = 1
 
@@ -189,7 +188,7 @@ def _fit_file(arguments: argparse.Namespace) -> None:
 
 def _native_figures(model: Factors) -> dict[str, float]:
     """How good the base lobes are."""
-    return base_error(model, fit_base_lobes(model)).figures()
+    return shade(model).error.figures()
 
 
 def report_text(material: FittedMaterial, **figures: float) -> str:

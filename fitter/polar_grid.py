@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from .geometry import HALF_PI
+from .taps import Taps
 
 N_THETA = 6
 N_PHI = 48
@@ -76,11 +77,11 @@ def solid_angles() -> np.ndarray:
     return np.repeat(-np.diff(np.cos(edges)) * PHI_STEP, N_PHI)
 
 
-def taps(theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of angles (n,): index (n, 4) into a flat table, weight (n, 4).
+def taps(theta: np.ndarray, phi: np.ndarray) -> Taps:
+    """Bilinear interpolation of flat tables at angles (n,).
 
-    The value is sum(weight * table[index], axis=-1). Beyond the last row the weights fall linearly
-    to zero at theta = 90 degrees; clamp theta to LAST_THETA for a constant continuation.
+    Beyond the last row the weights fall linearly to zero at theta = 90 degrees; clamp theta to
+    LAST_THETA for a constant continuation.
     """
     row_position = np.clip(np.asarray(theta) / THETA_STEP, 0, N_THETA)
     upper = np.minimum(row_position.astype(np.intp), N_THETA - 1)
@@ -94,15 +95,11 @@ def taps(theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     left = left.astype(np.intp) % N_PHI
     right = (left + 1) % N_PHI
 
-    index = np.stack(
-        [row * N_PHI + column for row in (upper, lower) for column in (left, right)], -1
-    )
-    weight = np.stack([r * c for r in (1 - t, lower_weight) for c in (1 - s, s)], -1)
-    return index, weight
+    index = np.stack([row * N_PHI + column for row in (upper, lower) for column in (left, right)])
+    weight = np.stack([r * c for r in (1 - t, lower_weight) for c in (1 - s, s)])
+    return Taps(N_NODES, index, weight)
 
 
 def interpolate(tables: np.ndarray, theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
     """Tables (k, 6, 48) at angles (n,): (k, n); linear to zero beyond the last row, see `taps`."""
-    index, weight = taps(theta, phi)
-    flat = tables.reshape(len(tables), N_NODES)
-    return sum(flat[:, index[:, tap]] * weight[:, tap] for tap in range(4))
+    return taps(theta, phi).of(tables.reshape(len(tables), N_NODES))

@@ -20,8 +20,8 @@ from ..fitter.errors import NfmError, shown_name
 from ..fitter.files import write_atomically
 from ..fitter.formats.parameter_file import FittedMaterial
 from . import assets, material
-from .blend_files import replacing
 from .properties import DEFAULT_SAMPLING
+from .whole_files import written_beside
 
 CATALOGUES = "blender_assets.cats.txt"
 CATALOGUES_HEAD = (
@@ -123,7 +123,7 @@ def _with_parents(catalogues: Iterable[str]) -> set[str]:
 
 
 def _write(path: Path, item: bpy.types.Material) -> None:
-    with replacing(path) as partial:
+    with written_beside(path) as partial:
         bpy.data.libraries.write(str(partial), {item}, fake_user=True, compress=True)
 
 

@@ -19,10 +19,15 @@ from .operators.copy_edits import (
     NFM_OT_paste_lobe,
 )
 from .operators.reset_edits import NFM_OT_keep_energy, NFM_OT_reset_edits
+from .panel_text import units_across
 from .places import InMaterialProperties, InShaderEditor
 
 # The albedo shown is of a coarse integral, up to 0.2 % off.
 TOO_MUCH_LIGHT = 1.005
+
+
+# Units across below which "Highlight Width" does not fit beside its slider.
+NARROW = 14
 
 
 class _LobesAndCurves:
@@ -35,6 +40,8 @@ class _LobesAndCurves:
         return editing.has_own_nodes(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
+        # a label beside its slider is cut off in a narrow panel; within the slider it is not
+        self.layout.use_property_split = units_across(context) > NARROW
         draw_edit(self.layout, context.material)
 
 
@@ -54,7 +61,6 @@ class NFM_PT_edit_nodes(InShaderEditor, _LobesAndCurves, bpy.types.Panel):
 
 def draw_edit(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     """All there is to edit of a measured material."""
-    layout.use_property_split = True
     edit = material.nfm.edit
     layout.prop(edit, "show_original", toggle=True)
     _draw_energy(layout, material)

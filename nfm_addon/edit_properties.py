@@ -249,6 +249,11 @@ class NFM_PG_group(bpy.types.PropertyGroup):
         description="Which state of its material the group's shader was made for",
         options={"HIDDEN"},
     )
+    closures: StringProperty(
+        name="Closures",
+        description="Those of the shader's base lobes, which drafts of an edit use again (JSON)",
+        options={"HIDDEN"},
+    )
     seams: StringProperty(
         name="Seams",
         description="Heights at which the curves around begin and end (JSON)",

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..fitter.errors import NfmError, shown_name
+from .whole_files import written_beside
 
 
 def load_environment(path: Path) -> bpy.types.Image:
@@ -80,9 +81,8 @@ def _write(image: bpy.types.Image, path: Path, pixels: np.ndarray, file_format: 
         rgba[..., :3] = pixels[::-1]
         image.pixels.foreach_set(rgba.ravel())
         image.file_format = file_format
-        image.filepath_raw = str(path)
-        image.save()
-    except RuntimeError:
-        raise NfmError(f"{shown_name(path)}: cannot be written; choose another folder") from None
+        with written_beside(path) as partial:
+            image.filepath_raw = str(partial)
+            image.save()
     finally:
         bpy.data.images.remove(image)

@@ -16,12 +16,15 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..fitter.errors import NfmError
-from . import changes, editing
+from . import background_shading, changes, editing
 
 # Updates come at the rate of the mouse; those of this many seconds become one shader.
 PAUSE = 0.03
 # Rest after which the draft that a drag leaves is replaced.
 REST = 0.6
+
+# How often to ask for base lobes that another process finds.
+PATIENCE = 0.1
 
 SettingsOf = Callable[[bpy.types.Material], bpy.types.PropertyGroup]
 
@@ -72,9 +75,20 @@ def _tick() -> float | None:
     if drafts:
         return REST
     for item in _editable():
+        if _is_waiting(item):
+            return PATIENCE
         if _refresh(item):
             return 0.0
+    background_shading.stop()
     return None
+
+
+def _is_waiting(item: bpy.types.Material) -> bool:
+    try:
+        slow = editing.slow_model(item)
+    except NfmError:
+        return False  # _refresh meets it too
+    return slow is not None and not background_shading.is_over(slow)
 
 
 def _refresh(

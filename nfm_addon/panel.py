@@ -10,7 +10,7 @@ from bpy.utils import register_classes_factory
 from ..fitter.errors import NfmError, shown_name
 from ..fitter.models.factors import N_LOBES
 from . import material as materials
-from . import material_library, plot_icons
+from . import plot_icons
 from .direction_panel import draw_direction
 from .figures import facts, native_error_text, warnings
 from .lamps import BLIND_SAMPLINGS, lamps_without_size
@@ -177,8 +177,6 @@ def _draw_actions(layout: bpy.types.UILayout) -> None:
         row = column.row(align=True)
         for name in names:
             row.operator(f"nfm.{name}")
-    if not material_library.registered():
-        column.operator("nfm.install_library")
 
 
 def _draw_plot(

@@ -12,6 +12,7 @@ from pathlib import Path
 import bpy
 
 from ..fitter.errors import NfmError, shown_name
+from .whole_files import written_beside
 
 FORMATS = {".exr": "OPEN_EXR", ".png": "PNG"}
 
@@ -69,25 +70,17 @@ def render_to_file(
         The suffix is neither, or the file cannot be written; an existing file is then kept.
     """
     file_format = check_output(output)
-    name = shown_name(output)
     settings = scene.render.image_settings
     settings.file_format = file_format
     settings.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
     settings.color_depth = "32" if file_format == "OPEN_EXR" else "8"
     if file_format == "OPEN_EXR":
         settings.exr_codec = "ZIP"
-    # Blender writes nowhere or into a half file if it fails: render beside, then replace
-    partial = output.with_name(f".nfm-{os.getpid()}{output.suffix}")
-    scene.render.filepath = str(partial.resolve())
     scene.render.use_file_extension = False
-    try:
+    with written_beside(output) as partial:
+        scene.render.filepath = str(partial.resolve())
         with quiet_console(), _progress_handler(on_progress, scene.cycles.samples):
             bpy.ops.render.render(write_still=True, scene=scene.name)
-        if not partial.is_file():
-            raise NfmError(f"{name}: Blender wrote no picture; see its console")
-        partial.replace(output)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def remove_scene(scene: bpy.types.Scene) -> None:
@@ -106,7 +99,7 @@ def remove_scene(scene: bpy.types.Scene) -> None:
 
 @contextmanager
 def quiet_console() -> Iterator[None]:
-    """Keep Blender's own lines off standard output, which belongs to the report of a verb."""
+    """Keep Blender's own lines off standard output, which belongs to a report."""
     sys.stdout.flush()
     saved = os.dup(1)
     sink = os.open(os.devnull, os.O_WRONLY)

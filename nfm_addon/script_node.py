@@ -71,6 +71,7 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
         node.script = text
     if not has_osl():
         node.bytecode = node.bytecode_hash = ""
+        _tag(node)
         return False
     try:
         _compile(node)
@@ -93,14 +94,27 @@ def without_origin(bytecode: str) -> str:
     return head + _ORIGIN.sub("", code + rest)
 
 
+def _tag(node: bpy.types.ShaderNodeScript) -> None:
+    """Have a render under way notice, and undo, which else keeps the Text of another shader."""
+    node.id_data.update_tag()
+    node.script.update_tag()
+
+
 def _compile(node: bpy.types.ShaderNodeScript) -> None:
     import oslquery
     from cycles import osl
 
     messages: list[str] = []
-    ok, compiled, bytecode, _hash = osl.update_internal_script(
-        lambda _level, message: messages.append(message), node.script
-    )
+    try:
+        ok, compiled, bytecode, _hash = osl.update_internal_script(
+            lambda _level, message: messages.append(message), node.script
+        )
+    except OSError as error:
+        raise ShaderError(
+            f"Cycles could not compile the shader of {node.script.name!r}: Blender's folder of "
+            f"temporary files cannot be written to ({error.strerror}); free some space there, or "
+            "choose another in the preferences"
+        ) from error
     try:
         query = oslquery.OSLQuery(compiled) if ok else None
         if not query or not bytecode:
@@ -113,10 +127,7 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
         node.bytecode_hash = hashlib.md5(
             node.bytecode.encode(), usedforsecurity=False
         ).hexdigest()  # as Cycles does: the name under which it keeps a shader
-        # Nothing of this is a change to a render under way, nor to undo, which would keep the Text
-        # as it is while the node goes back.
-        node.id_data.update_tag()
-        node.script.update_tag()
+        _tag(node)
         wanted = {osl.shader_param_ensure(node, parameter) for parameter in query.parameters}
     finally:
         # Cycles leaves it behind for internal scripts

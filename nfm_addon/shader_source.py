@@ -11,10 +11,12 @@ import numpy as np
 from ..fitter.models.anisotropic_tables import anisotropic_sampling, anisotropic_selection
 from ..fitter.models.factors import Factors
 from ..fitter.models.tables import sampling_tables, selection_table, versine_nodes
-from ..fitter.shading.base_error import BaseError, base_error
+from ..fitter.shading.base_error import BaseError
 from ..fitter.shading.base_lobes import BaseLobes, fit_base_lobes
 from ..fitter.shading.closures import Closure
+from ..fitter.shading.shading import shade
 from ..osl import generate
+from . import known_shadings
 
 # Digits of the weights and picking shares of anisotropic base lobes, counted from the largest of a
 # lobe: 226,000 numbers, which so take half the room in a .blend (docs/RESULTS.md, demo.blend).
@@ -29,7 +31,7 @@ class Surface:
     source : OSL
     albedo : (lobes, views, 3) directional albedo without the views at the horizon
     closures : of the base lobes, for the samplings that have them
-    error : of the base lobes, where it was asked for
+    error : of the base lobes, if they are not those of a draft
     """
 
     source: str
@@ -41,24 +43,26 @@ class Surface:
 def new_surface(
     model: Factors,
     sampling: str,
-    closures: Sequence[Closure] | None = None,
     *,
     draft: bool = False,
+    closures: Sequence[Closure] | None = None,
 ) -> Surface:
     """Shader that renders the model with a sampling of generate.SAMPLINGS.
 
-    closures : of the base lobes, which saves their selection
-    draft : base lobes without their error, and of anisotropic models at fewer views
+    draft : where the base lobes are not known, they are made of these closures if there are any,
+        of anisotropic models at fewer views, and without their error
     """
     selection = _selection(model)
     surface_tables = _surface_tables(model, selection)
     albedo = selection[:, :-1].reshape(model.n_lobes, -1, 3)
     if sampling not in generate.BASE_SAMPLINGS:
         return Surface(generate.surface_shader(surface_tables, sampling), albedo)
-    base = fit_base_lobes(model, closures, draft=draft)
+    shading = known_shadings.find(model)
+    if shading is None and not draft:
+        shading = known_shadings.remember(model, shade(model))
+    base = shading.base if shading else fit_base_lobes(model, closures, draft=True)
     source = generate.surface_shader(surface_tables, sampling, _base_tables(base))
-    error = None if draft else base_error(model, base)
-    return Surface(source, albedo, base.closures, error)
+    return Surface(source, albedo, base.closures, shading and shading.error)
 
 
 def _selection(model: Factors) -> np.ndarray:

@@ -22,6 +22,9 @@ SAMPLINGS = ("native", "smooth", "exact", "reference", "cosine")
 BASE_SAMPLINGS = ("native", "smooth", "exact")
 
 # Candidates per shading point (docs/RESULTS.md, Sampling); native has none.
+# Of the weights of base lobes, which are two in three numbers of a shader and an approximation.
+BASE_DIGITS = 6
+
 DEFAULT_CANDIDATES = {"native": 0, "smooth": 2, "exact": 2, "reference": 4, "cosine": 1}
 
 # Cycles has room for 64 closures: the diffuse one takes 1, a microfacet closure with its Fresnel
@@ -223,12 +226,8 @@ def _base_specular(base: BaseTables, sampling: str) -> str:
 def _base_parameters(base: BaseTables) -> str:
     n_closures, n_angles = len(base.kinds), len(base.angles)
     n_views = n_angles * base.n_azimuths
-    sizes = {
-        **dict.fromkeys(PER_CLOSURE, n_closures),
-        "weights": n_views * 9 * base.n_columns,
-        "picking": n_views * 3 * n_closures,
-    }
-    _check_sizes(sizes, vars(base))
+    tables = {"weights": n_views * 9 * base.n_columns, "picking": n_views * 3 * n_closures}
+    _check_sizes(dict.fromkeys(PER_CLOSURE, n_closures) | tables, vars(base))
     if base.slots + SLOTS["phong_ramp"] > CLOSURE_SLOTS:
         raise ValueError(f"{n_closures} closures take {base.slots} of {CLOSURE_SLOTS} places")
     kinds = ", ".join(str(KINDS.index(kind)) for kind in base.kinds)
@@ -239,8 +238,10 @@ def _base_parameters(base: BaseTables) -> str:
             for name in PER_CLOSURE
         )
         + f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
-        f"    float  base_weights[{len(base.weights)}] = {{{_numbers(base.weights)}}},\n"
-        f"    float  base_picking[{len(base.picking)}] = {{{_numbers(base.picking)}}},\n"
+        + "".join(
+            f"    float  base_{name}[{size}] = {{{_numbers(vars(base)[name], BASE_DIGITS)}}},\n"
+            for name, size in tables.items()
+        )
     )
 
 
@@ -253,21 +254,19 @@ def _template(name: str) -> Template:
     return Template((Path(__file__).parent / f"{name}.osl.in").read_text(encoding="utf-8"))
 
 
-def _number(value: float) -> str:
-    if not isfinite(value):
-        raise ValueError(f"{value} cannot be written into a shader")
-    # nine digits are a single-precision number exactly
-    return f"{value:.9g}"
-
-
 def _float(value: float) -> str:
     """Literal that OSL takes as a float even where it is whole."""
-    text = _number(value)
+    text = _numbers([value])
     return text if any(c in text for c in ".e") else f"{text}.0"
 
 
-def _numbers(values: Sequence[float]) -> str:
-    return ", ".join(map(_number, values))
+def _numbers(values: Sequence[float], digits: int = 9) -> str:
+    """Numbers, separated; nine digits are a single-precision number exactly."""
+    for value in values:
+        if not isfinite(value):
+            raise ValueError(f"{value} cannot be written into a shader")
+    # all at once: a call for each takes three times as long
+    return ", ".join([f"%.{digits}g"] * len(values)) % tuple(values)
 
 
 def _colors(values: Sequence[float]) -> str:

@@ -30,6 +30,9 @@ def main(arguments: list[str]) -> int:
         if version and not os.environ.get("NFM_BLENDER"):
             os.execv(NFM, [str(NFM), "--blender", version, *arguments])
         python = _prepare(VERBS[name], rest)
+        # numpy's linear algebra, on matrices as small as ours: threads that wait for each other
+        # take several times longer than one, most of all while Cycles or other tests run.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         # The verb takes the place of this process: its exit status and its signals are its own.
         os.execv(python, [python, *VERBS[name].command, *rest])
     except (SetupError, OSError) as error:

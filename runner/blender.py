@@ -61,7 +61,7 @@ def load_extension(checkout: Path = CHECKOUT) -> ModuleType:
     bpy.context.preferences.extensions.repos.new(
         name="dev", module=REPOSITORY, custom_directory=str(repository)
     )
-    _make_oslquery_importable()
+    make_oslquery_importable()
 
     name = f"bl_ext.{REPOSITORY}.{EXTENSION}"
     errors: list[Exception] = []
@@ -73,7 +73,7 @@ def load_extension(checkout: Path = CHECKOUT) -> ModuleType:
     return module
 
 
-def _make_oslquery_importable() -> None:
+def make_oslquery_importable() -> None:
     """Add the folder the bpy wheel forgets; a real Blender has it on its path."""
     import bpy
 
@@ -87,7 +87,7 @@ def extension_tool() -> Path:
     """Blender's command-line tool for extensions, which runs under plain Python."""
     import bpy
 
-    scripts = Path(bpy.utils.resource_path("LOCAL"), "scripts")
+    scripts = Path(bpy.utils.system_resource("SCRIPTS"))
     return scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
 
 
@@ -99,7 +99,7 @@ def leave(status: int) -> NoReturn:
     out there.
     """
     bpy = sys.modules.get("bpy")
-    if bpy and bpy.app.version < (5, 0, 0):
+    if bpy and bpy.app.module and bpy.app.version < (5, 0, 0):
         _scratch().cleanup()
         session = Path(bpy.app.tempdir)
         if session.name.startswith("blender_"):  # and not the folder of all temporary files

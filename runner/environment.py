@@ -6,7 +6,6 @@ differ from it. Either way the environment is made again.
 """
 
 import contextlib
-import fcntl
 import json
 import os
 import platform
@@ -122,6 +121,8 @@ def _interpreter() -> str:
 @contextlib.contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """Hold a lock that ends with this process, however it ends."""
+    import fcntl  # not there on Windows, where the tests import this module too
+
     with path.open("w") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

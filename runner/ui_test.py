@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Protocol
 
 from . import debian
-from .blender import use_scratch_settings
+from .blender import extension_tool, use_scratch_settings
 from .environment import CHECKOUT
 from .messages import SetupError, say
 
@@ -198,11 +198,15 @@ def _run(launcher: Launcher, project: Path, session: str) -> int:
 def build_package(folder: Path) -> Path:
     """The extension's zip, built in a folder by Blender's own tool."""
     use_scratch_settings()
-    import bpy
-
-    scripts = Path(bpy.utils.resource_path("LOCAL"), "scripts")
-    tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
-    command = [sys.executable, tool, "build", "--source-dir", CHECKOUT, "--output-dir", folder]
+    command = [
+        sys.executable,
+        extension_tool(),
+        "build",
+        "--source-dir",
+        CHECKOUT,
+        "--output-dir",
+        folder,
+    ]
     answer = subprocess.run([*map(str, command)], capture_output=True, text=True)
     packages = list(folder.glob("*.zip"))
     if answer.returncode or not packages:

@@ -65,6 +65,7 @@ VERBS = {
         "run ruff, then pytest on both Blender versions",
         _module("runner.checks"),
         extras=("report", "dask"),
+        option_extras=(("--coverage", "coverage"),),
     ),
     "fuzz": Verb("feed spoiled files to the readers", _module("tests.fuzz"), loads_blender=False),
     "ui-test": Verb("try the add-on in a real window", _module("runner.ui_test")),

@@ -35,6 +35,28 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         loader.leave(config.stash[STATUS])
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what the marks `osl` and `module` are on where that is not there."""
+    if importlib.util.find_spec("bpy") is None:
+        return
+    if item.get_closest_marker("osl") and not _has_osl():
+        pytest.skip("this Blender was built without Open Shading Language")
+    if item.get_closest_marker("module") and not _is_module():
+        pytest.skip("needs Blender as a Python module, which ./nfm test has")
+
+
+def _has_osl() -> bool:
+    import bpy  # noqa: F401, without it there is no _cycles
+
+    return importlib.import_module("_cycles").with_osl
+
+
+def _is_module() -> bool:
+    import bpy
+
+    return bpy.app.module
+
+
 @pytest.fixture(scope="session")
 def extension() -> Iterator[ModuleType]:
     """The root module of the checkout, enabled in Blender as an extension.
@@ -46,7 +68,7 @@ def extension() -> Iterator[ModuleType]:
         pytest.skip("bpy is not installed")
     root = loader.load_extension()
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in (("shader_source", "fit_base_lobes"), ("material", "new_surface")):
+        for module, name in (("shader_source", "shade"), ("material", "new_surface")):
             owner = importlib.import_module(f"{root.__name__}.nfm_addon.{module}")
             patch.setattr(owner, name, once_for_each_model(getattr(owner, name)))
         yield root

@@ -39,7 +39,7 @@ def lobe_albedo(model: AnisotropicModel, views: np.ndarray) -> np.ndarray:
     out = np.empty((len(views), model.n_lobes, 3))
     for row, wo in enumerate(views):
         view = half_vectors.seen_from(wo)
-        values = model.lobe_values(view.wi, np.broadcast_to(wo, view.wi.shape))
+        values = model.lobe_values(view.wi, wo[None])
         out[row] = (view.wi[:, 2] * view.solid_angle) @ values
     return out
 

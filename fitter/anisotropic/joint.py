@@ -15,7 +15,8 @@ import numpy as np
 from .. import polar_grid
 from ..fitting.joint import Equations, Layout
 from ..models.anisotropic_model import AnisotropicModel
-from .problem import AnisotropicProblem, Taps
+from ..taps import Taps
+from .problem import AnisotropicProblem
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ over all valid pairs of directions and channels. The model is reciprocal and one
 288 x 288 pairs are 241 x 242 / 2 = 29,161 different ones. Those that the model cannot tell apart
 become one sample that carries sum w, sum w rho and sum w rho^2, which changes nothing.
 
-Positions and weights of the interpolations are computed once (section 2.2, "a helpful trick"):
-`Taps`. Sums over samples of products of two interpolations, which make every normal matrix of the
-fit, are one bincount over precomputed index pairs.
+Positions and weights of the interpolations are computed once (taps.py). Sums over samples of
+products of two interpolations, which make every normal matrix of the fit, are one bincount over
+precomputed index pairs.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,30 +22,10 @@ import numpy as np
 from .. import polar_grid
 from ..anisotropic_measurement import AnisotropicMeasurement
 from ..fitting.weights import DEFAULT_WEIGHT, WEIGHTS
-from ..geometry import HALF_PI, N_THETA_D, azimuth, half_angles
+from ..geometry import azimuth, half_angles
 from ..models.anisotropic_model import AnisotropicModel
-
-
-@dataclass(frozen=True, eq=False)
-class Taps:
-    """Linear interpolation of a table of `size` numbers at every sample.
-
-    index : (taps, n) numbers that a sample takes
-    weight : (taps, n) how much of each
-    """
-
-    size: int
-    index: np.ndarray
-    weight: np.ndarray
-
-    def at_samples(self, tables: np.ndarray) -> np.ndarray:
-        """Tables (k, size) at the samples: (k, n)."""
-        pairs = zip(self.index, self.weight, strict=True)
-        return sum(tables[:, index] * weight for index, weight in pairs)
-
-    def gathered(self, values: np.ndarray) -> np.ndarray:
-        """Transpose of at_samples for one table: values (n,) summed into (size,)."""
-        return np.bincount(self.index.ravel(), (self.weight * values).ravel(), self.size)
+from ..models.factors import fresnel_taps
+from ..taps import Taps
 
 
 @dataclass(frozen=True)
@@ -99,7 +79,7 @@ class AnisotropicProblem:
         theta_h, self.theta_d = half_angles(wi, wo)
         at_once = np.ones((1, len(node_i)))
         self.half = _half_taps(theta_h, azimuth(wi + wo))
-        self.difference = _fresnel_taps(self.theta_d)
+        self.difference = fresnel_taps(self.theta_d)
         self.nodes = Taps(polar_grid.N_FREE, np.stack([node_i, node_o]), at_once.repeat(2, axis=0))
         self.one = Taps(1, np.zeros_like(node_i)[None], at_once)
         self._pairs: dict[tuple[Taps, Taps], _TapPairs] = {}
@@ -124,11 +104,11 @@ class AnisotropicProblem:
 
     def ndf(self, model: AnisotropicModel) -> np.ndarray:
         """D_m of every sample (lobes, n)."""
-        return self.half.at_samples(polar_grid.free_numbers(model.ndf))
+        return self.half.of(polar_grid.free_numbers(model.ndf))
 
     def fresnel(self, model: AnisotropicModel) -> np.ndarray:
         """F_c of every sample (3, n)."""
-        return self.difference.at_samples(model.fresnel)
+        return self.difference.of(model.fresnel)
 
     def lobe_values(self, model: AnisotropicModel) -> np.ndarray:
         """Each lobe's share of f at every sample (lobes, 3, n)."""
@@ -165,13 +145,5 @@ def _aggregated(measurement: AnisotropicMeasurement) -> tuple[np.ndarray, np.nda
 
 
 def _half_taps(theta_h: np.ndarray, phi_h: np.ndarray) -> Taps:
-    index, weight = polar_grid.taps(np.minimum(theta_h, polar_grid.LAST_THETA), phi_h)
-    free = polar_grid.free_index()[index]
-    return Taps(polar_grid.N_FREE, np.ascontiguousarray(free.T), np.ascontiguousarray(weight.T))
-
-
-def _fresnel_taps(theta_d: np.ndarray) -> Taps:
-    position = np.clip(theta_d / HALF_PI * N_THETA_D - 0.5, 0, N_THETA_D - 1)
-    left = np.minimum(position.astype(np.intp), N_THETA_D - 2)
-    t = position - left
-    return Taps(N_THETA_D, np.stack([left, left + 1]), np.stack([1 - t, t]))
+    taps = polar_grid.taps(np.minimum(theta_h, polar_grid.LAST_THETA), phi_h)
+    return replace(taps, size=polar_grid.N_FREE, index=polar_grid.free_index()[taps.index])

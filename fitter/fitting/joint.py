@@ -131,8 +131,12 @@ def refine(
             value += _add_appearance(problem, model, appearance, normal, gradient)
         objective = value * np.exp(prior.disorder(model, strength))
         _add_prior(problem, model, strength, value, layout, normal, gradient)
+        scale = _scale_of(normal)
+        normal *= np.outer(scale, scale)
+        diagonal = np.diag(normal).copy()
         for _ in range(MAX_REJECTIONS):
-            step = _damped_step(normal, gradient, damping)
+            np.fill_diagonal(normal, diagonal + damping)
+            step = np.linalg.solve(normal, gradient * scale) * scale
             step[: layout.diffuse.start] = np.clip(
                 step[: layout.diffuse.start], -MAX_LOG_STEP, MAX_LOG_STEP
             )
@@ -148,12 +152,10 @@ def refine(
         yield model, after
 
 
-def _damped_step(normal: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:
+def _scale_of(normal: np.ndarray) -> np.ndarray:
+    """What gives a normal matrix (n, n) a diagonal of ones."""
     diagonal = np.diag(normal)
-    scale = 1 / np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max()))
-    scaled = normal * scale[:, None] * scale
-    scaled[np.diag_indices_from(scaled)] += damping
-    return np.linalg.solve(scaled, gradient * scale) * scale
+    return 1 / np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max()))
 
 
 def normal_equations(problem: Problem, model: FactorModel, layout: Layout) -> Equations:
@@ -164,8 +166,8 @@ def normal_equations(problem: Problem, model: FactorModel, layout: Layout) -> Eq
     gradient = np.zeros(layout.size)
     _fill_cell_blocks(problem, moments, model, layout, normal, gradient)
     _fill_masking_blocks(problem, kernels, model, layout, normal, gradient)
-    lower = np.tril_indices(layout.size, -1)
-    normal[lower] = normal.T[lower]
+    upper = np.triu(normal, 1)
+    normal = upper + upper.T + np.diag(np.diag(normal))
     return problem.objective(model, moments), normal, gradient
 
 

@@ -92,7 +92,7 @@ class Problem:
             for rows in (cell // N_THETA_D, cell % N_THETA_D)
         ]
         theta = (np.arange(n_angles) + 0.5) / n_angles * HALF_PI
-        self.basis = splines.catmull_rom_matrix(theta) / np.cos(theta)[:, None]
+        self.basis = splines.catmull_rom_taps(theta).matrix() / np.cos(theta)[:, None]
 
     def _unreachable(self) -> float:
         """See the class. Noise is what second differences along phi_d see, a smooth BRDF has none.

@@ -284,7 +284,9 @@ def load(path: str | os.PathLike) -> FittedMaterial:
         if isinstance(error, ParameterFileError):
             raise
         reason = getattr(error, "strerror", None) or error
-        raise ParameterFileError(f"{name}: cannot be read ({reason})") from error
+        raise ParameterFileError(
+            f"{name}: cannot be read ({reason}); check its permissions"
+        ) from error
     return loads(text, name)
 
 

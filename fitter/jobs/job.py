@@ -19,11 +19,13 @@ import numpy as np
 from ..errors import NfmError
 from ..fitting.fit import FitStep
 from ..formats import parameter_file, readers
+from ..formats.parameter_file import FittedMaterial
 from ..grading.slices import measured_slices
 from ..measurement import Measurement
+from ..shading import shading
 from ..shading.icon import material_icon
 from . import batch
-from .fit_file import fit_measurement
+from .fit_file import fit_measurement, is_parameter_file
 
 DRAFT, FINAL, KEPT = "draft", "final", "kept"
 SLICES_FILE, ICON_FILE = "slices.npy", "icon.npy"
@@ -48,13 +50,14 @@ Emit = Callable[["Event"], None]
 class Request:
     """What to do.
 
-    path : of a measured file
+    path : of a measured file, or of a parameter file, which needs no fit
     quality : a name in quality.QUALITIES
     draft : whether a draft comes first
     folder : an existing one, for the results
     encoding : as readers.read takes it
     output : parameter file of a batch: where it holds this fit already, that is the answer, and an
         encoding is only for formats that have one
+    shading : whether base lobes are wanted too
     """
 
     path: str
@@ -63,6 +66,7 @@ class Request:
     folder: str
     encoding: str | None = None
     output: str | None = None
+    shading: bool = False
 
     @property
     def has_draft(self) -> bool:
@@ -95,10 +99,12 @@ def run(request: Request, emit: Emit) -> None:
             job = batch.Job(Path(request.path), Path(request.output))
             settings = batch.Settings(quality=request.quality, encoding=encoding)
             if kept := batch.kept_fit(job, settings):
-                np.save(folder / ICON_FILE, material_icon(kept.model))
-                _save(folder, KEPT, kept, emit, 1.0)
+                _finish(request, KEPT, kept, emit)
                 return
             encoding = batch.encoding_of(job.path, settings)
+        if is_parameter_file(request.path):
+            _finish(request, FINAL, parameter_file.load(request.path), emit)
+            return
         measurement = readers.read(request.path, encoding=encoding)
         if request.has_draft:
             draft = fit_measurement(
@@ -107,17 +113,16 @@ def run(request: Request, emit: Emit) -> None:
                 on_step=_teller(emit, "Draft", *parts["draft"]),
                 graded=False,
             )
-            _save(folder, DRAFT, draft, emit, parts["draft"][1])
+            _save(request, DRAFT, draft, emit, (parts["draft"][1], parts["draft"][1]))
         final = fit_measurement(
             measurement,
             quality=request.quality,
             on_step=_teller(emit, "", *parts[request.quality]),
         )
         emit(Event("step", "Grading", parts[request.quality][1]))
-        np.save(folder / ICON_FILE, material_icon(final.model))
         if isinstance(measurement, Measurement):  # one plane of incidence says it all
             np.save(folder / SLICES_FILE, measured_slices(measurement).astype(np.float32))
-        _save(folder, FINAL, final, emit, 1.0)
+        _finish(request, FINAL, final, emit)
     except NfmError as error:
         emit(Event("error", str(error), 1.0))
 
@@ -145,12 +150,30 @@ def _teller(emit: Emit, title: str, start: float, end: float) -> Callable[[FitSt
     return tell
 
 
+def shading_path(parameters: Path) -> Path:
+    """Where the base lobes are that belong to a parameter file of a job."""
+    return parameters.with_name(parameters.name.removesuffix(parameter_file.SUFFIX) + ".npz")
+
+
+def _finish(request: Request, kind: str, material: FittedMaterial, emit: Emit) -> None:
+    np.save(Path(request.folder) / ICON_FILE, material_icon(material.model))
+    _save(request, kind, material, emit, _parts(request)["grade"])
+
+
 def _save(
-    folder: Path, kind: str, material: parameter_file.FittedMaterial, emit: Emit, progress: float
+    request: Request,
+    kind: str,
+    material: FittedMaterial,
+    emit: Emit,
+    progress: tuple[float, float],
 ) -> None:
-    path = folder / f"{kind}{parameter_file.SUFFIX}"
+    """Write a result and tell of it; progress is that before and after."""
+    path = Path(request.folder) / f"{kind}{parameter_file.SUFFIX}"
     parameter_file.save(path, material)
-    emit(Event(kind, str(path), progress))
+    if request.shading:
+        emit(Event("step", "Base lobes", progress[0]))
+        shading.save(shading_path(path), shading.shade(material.model))
+    emit(Event(kind, str(path), progress[1]))
 
 
 def main(argument: str) -> None:

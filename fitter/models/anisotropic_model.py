@@ -22,6 +22,7 @@ import numpy as np
 
 from .. import polar_grid
 from ..geometry import azimuth, polar_angle
+from ..taps import Taps
 from .factors import Factors
 
 
@@ -59,8 +60,16 @@ class AnisotropicModel(Factors):
         """G_m at angles (n,): (lobes, n)."""
         return polar_grid.interpolate(self.masking, theta, phi)
 
-    def _ndf_at(self, theta_h: np.ndarray, half: np.ndarray) -> np.ndarray:
-        return self.evaluate_ndf(theta_h, azimuth(half))
+    @staticmethod
+    def _ndf_taps(theta_h: np.ndarray, half: np.ndarray) -> Taps:
+        return polar_grid.taps(np.minimum(theta_h, polar_grid.LAST_THETA), azimuth(half))
 
-    def _masking_at(self, w: np.ndarray) -> np.ndarray:
-        return self.evaluate_masking(polar_angle(w), azimuth(w))
+    @staticmethod
+    def _masking_taps(w: np.ndarray) -> Taps:
+        return polar_grid.taps(polar_angle(w), azimuth(w))
+
+    def _ndf_through(self, taps: Taps) -> np.ndarray:
+        return taps.of(self.ndf.reshape(self.n_lobes, -1))
+
+    def _masking_through(self, taps: Taps) -> np.ndarray:
+        return taps.of(self.masking.reshape(self.n_lobes, -1))

@@ -16,8 +16,24 @@ from typing import ClassVar, Self, TypeVar
 import numpy as np
 
 from ..geometry import HALF_PI, N_THETA_D, half_angles
+from ..taps import Taps
 
 N_LOBES = 3
+
+
+@dataclass(frozen=True)
+class PairTaps:
+    """Where n pairs of directions lie in the factors of one kind of model.
+
+    ndf, masking_i, masking_o, fresnel : for n points; for one where all share a direction
+    cos_product : (n,) cos theta_i cos theta_o, infinite where a direction is below the horizon
+    """
+
+    ndf: Taps
+    masking_i: Taps
+    masking_o: Taps
+    fresnel: Taps
+    cos_product: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -48,13 +64,23 @@ class Factors(ABC):
     def ndf_width(self) -> np.ndarray:
         """Width (lobes,) of each D, comparable within a model."""
 
+    @staticmethod
     @abstractmethod
-    def _ndf_at(self, theta_h: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """D_m (lobes, n) at half vectors of any length (n, 3) and their polar angles (n,)."""
+    def _ndf_taps(theta_h: np.ndarray, half: np.ndarray) -> Taps:
+        """Of D at half vectors of any length (n, 3) and their polar angles (n,)."""
+
+    @staticmethod
+    @abstractmethod
+    def _masking_taps(w: np.ndarray) -> Taps:
+        """Of G at unit directions (n, 3)."""
 
     @abstractmethod
-    def _masking_at(self, w: np.ndarray) -> np.ndarray:
-        """G_m (lobes, n) at unit directions (n, 3)."""
+    def _ndf_through(self, taps: Taps) -> np.ndarray:
+        """D_m (lobes, n)."""
+
+    @abstractmethod
+    def _masking_through(self, taps: Taps) -> np.ndarray:
+        """G_m (lobes, n), not below 0."""
 
     @staticmethod
     def free_numbers(tables: np.ndarray) -> np.ndarray:
@@ -107,19 +133,36 @@ class Factors(ABC):
 
     def evaluate_fresnel(self, theta_d: np.ndarray) -> np.ndarray:
         """F_c at angles (n,): (3, n); linear, constant beyond the first and last bin centre."""
-        return interpolate_linearly(self.fresnel, theta_d / HALF_PI * N_THETA_D - 0.5)
+        return fresnel_taps(theta_d).of(self.fresnel)
+
+    @classmethod
+    def pair_taps(cls, wi: np.ndarray, wo: np.ndarray) -> PairTaps:
+        """Where unit directions wi (n, 3) and wo (n or 1, 3) lie in models of this kind."""
+        theta_h, theta_d = half_angles(wi, wo)
+        above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+        return PairTaps(
+            cls._ndf_taps(theta_h, wi + wo),
+            cls._masking_taps(wi),
+            cls._masking_taps(wo),
+            fresnel_taps(theta_d),
+            np.where(above, wi[:, 2] * wo[:, 2], np.inf),
+        )
+
+    def lobe_values_through(self, taps: PairTaps) -> np.ndarray:
+        """Each lobe's share of f_r (lobes, n, 3), 1/sr, at the pairs of `pair_taps`."""
+        masking = self._masking_through(taps.masking_i) * self._masking_through(taps.masking_o)
+        shape = self._ndf_through(taps.ndf) * masking / taps.cos_product
+        fresnel = taps.fresnel.of(self.fresnel).T
+        return self.scale[:, None, :] * shape[:, :, None] * fresnel
 
     def lobe_values(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """Each lobe's share of f_r (lobes, n, 3), 1/sr, for unit directions (n, 3).
 
+        wo : (n, 3), or (1, 3) for all
+
         Exactly symmetric in wi and wo. Zero where either direction is not above the horizon.
         """
-        theta_h, theta_d = half_angles(wi, wo)
-        cos_product = wi[:, 2] * wo[:, 2]
-        above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-        masking = self._masking_at(wi) * self._masking_at(wo)
-        shape = self._ndf_at(theta_h, wi + wo) * masking / np.where(above, cos_product, np.inf)
-        return self.scale[:, None, :] * shape[:, :, None] * self.evaluate_fresnel(theta_d).T
+        return self.lobe_values_through(self.pair_taps(wi, wo))
 
     def f_r(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """BRDF (n, 3), 1/sr, for unit directions wi, wo (n, 3); 0 below the horizon."""
@@ -131,9 +174,6 @@ class Factors(ABC):
 AnyFactors = TypeVar("AnyFactors", bound=Factors)
 
 
-def interpolate_linearly(table: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Rows of table (rows, n) interpolated linearly at positions (k,) in nodes: (rows, k)."""
-    position = np.clip(position, 0, table.shape[1] - 1)
-    left = np.minimum(position.astype(np.intp), table.shape[1] - 2)
-    t = position - left
-    return table[:, left] * (1 - t) + table[:, left + 1] * t
+def fresnel_taps(theta_d: np.ndarray) -> Taps:
+    """Interpolation of F at angles (n,)."""
+    return Taps.linear(theta_d / HALF_PI * N_THETA_D - 0.5, N_THETA_D)

@@ -13,8 +13,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry import HALF_PI, N_THETA_H, index_from_theta_h, polar_angle
+from ..taps import Taps
 from . import splines
-from .factors import Factors, interpolate_linearly
+from .factors import Factors
 
 
 class FactorModel(Factors):
@@ -37,14 +38,26 @@ class FactorModel(Factors):
 
     def evaluate_ndf(self, theta_h: np.ndarray) -> np.ndarray:
         """D_m at angles (n,): (lobes, n)."""
-        return interpolate_linearly(self.ndf, index_from_theta_h(theta_h) - 0.5)
+        return _ndf_taps(theta_h).of(self.ndf)
 
     def evaluate_masking(self, theta: np.ndarray) -> np.ndarray:
         """G_m at angles (n,): (lobes, n)."""
         return splines.evaluate(self.masking, theta)
 
-    def _ndf_at(self, theta_h: np.ndarray, half: np.ndarray) -> np.ndarray:
-        return self.evaluate_ndf(theta_h)
+    @staticmethod
+    def _ndf_taps(theta_h: np.ndarray, half: np.ndarray) -> Taps:
+        return _ndf_taps(theta_h)
 
-    def _masking_at(self, w: np.ndarray) -> np.ndarray:
-        return self.evaluate_masking(polar_angle(w))
+    @staticmethod
+    def _masking_taps(w: np.ndarray) -> Taps:
+        return splines.catmull_rom_taps(polar_angle(w))
+
+    def _ndf_through(self, taps: Taps) -> np.ndarray:
+        return taps.of(self.ndf)
+
+    def _masking_through(self, taps: Taps) -> np.ndarray:
+        return splines.through(taps, self.masking)
+
+
+def _ndf_taps(theta_h: np.ndarray) -> Taps:
+    return Taps.linear(index_from_theta_h(theta_h) - 0.5, N_THETA_H)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry import HALF_PI
+from ..taps import Taps
 
 N_MASKING = 90
 
@@ -20,11 +21,8 @@ def masking_nodes() -> np.ndarray:
     return np.linspace(0, HALF_PI, N_MASKING)
 
 
-def catmull_rom_taps(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Control points and weights for angles (...): index (..., 4) and weight (..., 4).
-
-    The curve at theta is sum(weight * G[index], axis=-1). Angles are clamped to [0, pi/2].
-    """
+def catmull_rom_taps(theta: np.ndarray) -> Taps:
+    """Interpolation of the control points at angles (n,), clamped to [0, pi/2]."""
     position = np.clip(np.asarray(theta) / HALF_PI, 0, 1) * (N_MASKING - 1)
     segment = np.minimum(position.astype(np.intp), N_MASKING - 2)
     t = position - segment
@@ -38,26 +36,18 @@ def catmull_rom_taps(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     left = np.where(last, left - after, left)
     right = np.where(last, right + 2 * after, right)
     after = np.where(last, 0.0, after)
-    index = np.stack(
-        [np.abs(segment - 1), segment, segment + 1, np.minimum(segment + 2, N_MASKING - 1)], -1
-    )
-    return index, np.stack([before, left, right, after], -1)
-
-
-def catmull_rom_matrix(theta: np.ndarray) -> np.ndarray:
-    """Matrix (n, 90) that takes control points to the curve at angles (n,)."""
-    index, weight = catmull_rom_taps(theta)
-    matrix = np.zeros((len(theta), N_MASKING))
-    np.add.at(matrix, (np.arange(len(theta))[:, None], index), weight)
-    return matrix
+    index = [np.abs(segment - 1), segment, segment + 1, np.minimum(segment + 2, N_MASKING - 1)]
+    return Taps(N_MASKING, np.stack(index), np.stack([before, left, right, after]))
 
 
 def evaluate(control_points: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """Curve through control points (..., 90) at angles (n,): (..., n), not below 0.
+    """Curve through control points (k, 90) at angles (n,): (k, n), not below 0."""
+    return through(catmull_rom_taps(theta), control_points)
+
+
+def through(taps: Taps, control_points: np.ndarray) -> np.ndarray:
+    """The same at the angles of some taps.
 
     A Catmull-Rom curve can dip below its control points; a masking factor cannot be negative.
     """
-    index, weight = catmull_rom_taps(theta)
-    # term by term: a sum over an axis of four is several times as slow
-    first, *others = (control_points[..., index[..., k]] * weight[..., k] for k in range(4))
-    return np.maximum(sum(others, first), 0)
+    return np.maximum(taps.of(control_points), 0)

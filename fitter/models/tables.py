@@ -101,6 +101,6 @@ def lobe_albedo(
     out = np.empty((len(theta_o), model.n_lobes, 3))
     for row, theta in enumerate(theta_o):
         view = half_vectors.at_view(theta)
-        values = model.lobe_values(view.wi, np.broadcast_to(view.wo, view.wi.shape))
+        values = model.lobe_values(view.wi, view.wo[None])
         out[row] = np.einsum("n,mnc->mc", view.wi[:, 2] * view.solid_angle, values)
     return out

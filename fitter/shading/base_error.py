@@ -63,10 +63,9 @@ def base_error(model: Factors, base: BaseLobes, light: Light | None = None) -> B
     pictures: tuple[list, list] = ([], [])
     difference = total = 0.0
     for view, weighted_light in sphere_views(light or studio, model.kind):
-        wo = np.broadcast_to(view.wo, view.wi.shape)
         cos_i = view.wi[:, 2:]
         diffuse = model.diffuse * cos_i
-        exact = model.lobe_values(view.wi, wo).sum(0) * cos_i + diffuse
+        exact = model.lobe_values(view.wi, view.wo[None]).sum(0) * cos_i + diffuse
         approximate = base.value(view.wi, view.wo) + diffuse
         difference += (np.abs(approximate - exact).sum(1) * view.solid_angle).sum()
         total += (exact.sum(1) * view.solid_angle).sum()

@@ -23,12 +23,16 @@ normals".
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
 from ..geometry import HALF_PI, normalized
 
+KINDS = ("ggx", "beckmann", "phong_ramp", "diffuse_ramp")
 RAMP_COLOURS = 8
 SCHLICK_EXPONENT = 5
 
@@ -182,6 +186,38 @@ class Closure:
         along = cosine * w[..., 0] + sine * w[..., 1]
         across = cosine * w[..., 1] - sine * w[..., 0]
         return along**2, across**2
+
+
+def dumps(closures: Sequence[Closure]) -> str:
+    """Closures as text that `loads` reads."""
+    return json.dumps([list(vars(closure).values()) for closure in closures])
+
+
+def loads(text: str) -> tuple[Closure, ...]:
+    """Read what `dumps` wrote.
+
+    Raises
+    ------
+    ValueError
+        It is something else.
+    """
+    rows = json.loads(text)
+    try:
+        closures = tuple(Closure(kind, *map(float, numbers)) for kind, *numbers in rows)
+    except TypeError as error:
+        raise ValueError(f"these are no closures: {text[:60]!r}") from error
+    for closure in closures:
+        least, most = (0, 1e5) if closure.signed else (1e-3, 1)
+        if not (
+            closure.kind in KINDS
+            and least <= closure.parameter <= most
+            and 0 <= closure.across <= 1
+            and -1 <= closure.lean <= 1
+            and 0 <= closure.tilt < HALF_PI
+            and isfinite(closure.azimuth)
+        ):
+            raise ValueError(f"there is no such closure: {closure}")
+    return closures
 
 
 def _hats(position: np.ndarray) -> np.ndarray:

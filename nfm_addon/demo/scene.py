@@ -11,10 +11,10 @@ import bpy
 
 from ...fitter.errors import NfmError, shown_name
 from .. import material
-from ..blend_files import replacing
 from ..cloth_scene import ROTATIONS, cloth_mesh, turned
 from ..drape import BALL_RADIUS
 from ..rendering import quiet_console
+from ..whole_files import written_beside
 from . import materials, stage
 from .forms import ball_mesh, disc_mesh, form_mesh
 
@@ -127,7 +127,7 @@ def write(path: Path) -> None:
     scene = build_scene()
     _show(scene)
     bpy.data.texts.new("About").from_string(ABOUT)
-    with replacing(path) as partial, quiet_console():
+    with written_beside(path) as partial, quiet_console():
         bpy.ops.wm.save_as_mainfile(
             filepath=str(partial), compress=True, copy=True, relative_remap=False
         )

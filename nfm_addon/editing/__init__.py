@@ -10,7 +10,7 @@ from .documents import apply_document, document_of
 from .drawn_curves import draw_curves, drawn_handles, reset_curves
 from .edited_model import edited_model, largest_albedo
 from .own_nodes import group_of, has_own_nodes, measured_materials, own_group
-from .shader import adopt, give_up, is_drafted, refresh
+from .shader import adopt, give_up, is_drafted, refresh, slow_model
 from .state import fitted_material
 
 __all__ = (
@@ -30,4 +30,5 @@ __all__ = (
     "own_group",
     "refresh",
     "reset_curves",
+    "slow_model",
 )

@@ -12,8 +12,12 @@ import json
 import bpy
 import numpy as np
 
+from ...fitter.models.factors import Factors
+from ...fitter.shading import closures
+from ...fitter.shading.base_lobes import N_CLOSURES
 from ...fitter.shading.closures import Closure
-from .. import curve_nodes, live_nodes, script_node, stand_in
+from ...osl import generate
+from .. import curve_nodes, known_shadings, live_nodes, script_node, stand_in
 from ..node_group import SCRIPT_NODE
 from ..shader_source import Surface, new_surface
 from .edited_model import diffuse_map, shader_model
@@ -21,10 +25,6 @@ from .own_nodes import group_of, own_group
 from .state import state_of
 
 _DRAFT = " draft"
-
-# The closures of each group's last base, by the group's number in this session. Lost when Blender
-# ends, which costs the next edit their selection.
-_closures: dict[int, tuple[Closure, ...]] = {}
 
 
 def refresh(
@@ -55,9 +55,8 @@ def refresh(
     if changed and not (draft and group.nfm.applied == digest + _DRAFT):
         group = own_group(owner)
         model = shader_model(state, curve_nodes.heights(group))
-        closures = _closures.get(group.session_uid) if draft else None
         sampling = state.settings.sampling.lower()
-        surface = new_surface(model, sampling, closures, draft=draft)
+        surface = new_surface(model, sampling, draft=draft, closures=_last_closures(group))
         script_node.fill(group.nodes[SCRIPT_NODE], f"{owner.name}.osl", surface.source)
         _remember(owner, group, surface, digest + (_DRAFT if draft else ""))
         stand_in.show_in_workbench(owner, stand_in.put(group, model))
@@ -69,6 +68,17 @@ def refresh(
         return changed
     live_nodes.write(own_group(owner), wanted)
     return True
+
+
+def slow_model(owner: bpy.types.Material) -> Factors | None:
+    """The model whose base lobes a finished shader lacks, if it takes seconds to find them."""
+    group, state = group_of(owner), state_of(owner)
+    has_base = state.settings.sampling.lower() in generate.BASE_SAMPLINGS
+    if not has_base or group.nfm.applied == state.digest():
+        return None
+    model = shader_model(state, curve_nodes.heights(group))
+    is_slow = model.kind == "anisotropic" and known_shadings.find(model) is None
+    return model if is_slow else None
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:
@@ -99,4 +109,13 @@ def _remember(
     owner.nfm.edit.albedo = json.dumps(np.round(surface.albedo, 5).tolist())
     owner.update_tag()  # or undo would not take back what was written here
     if surface.closures:
-        _closures[group.session_uid] = surface.closures
+        group.nfm.closures = closures.dumps(surface.closures)
+
+
+def _last_closures(group: bpy.types.ShaderNodeTree) -> tuple[Closure, ...]:
+    """Of the group's last base; none where there was no base or the text was damaged."""
+    try:
+        found = closures.loads(group.nfm.closures or "[]")
+    except ValueError:
+        return ()
+    return found if len(found) == N_CLOSURES else ()

@@ -101,6 +101,7 @@ class FolderItem:
     folder: FolderImport
     job: batch.Job
     wants_draft: bool = False
+    wants_shading: bool = True  # the default sampling has base lobes
 
     @property
     def output(self) -> str:

@@ -16,6 +16,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...fitter.shading.icon import material_icon
+from ...osl import generate
 from .. import assets, assignment, material, render_setup, slices_text, undo
 from ..preferences import preferences_of
 from .queue import FitResult
@@ -46,6 +47,11 @@ class NewMaterial:
     _token: str = field(default_factory=lambda: secrets.token_hex(8))
     _assignments: list[assignment.Assignment] = field(default_factory=list)
     _has_landed: bool = False
+
+    @property
+    def wants_shading(self) -> bool:
+        """Whether its sampling has base lobes."""
+        return _has_base(self.sampling)
 
     def draft(self, result: FitResult) -> None:
         """Make the material and assign it."""
@@ -146,9 +152,15 @@ class ExistingMaterial:
     wants_draft: bool = False
     output: None = None
 
+    @property
+    def wants_shading(self) -> bool:
+        """Whether its sampling has base lobes."""
+        found = self._find()
+        return found is not None and _has_base(found.nfm.sampling)
+
     def final(self, result: FitResult) -> str:
         """Replace the model."""
-        found = next((m for m in bpy.data.materials if m.session_uid == self.uid), None)
+        found = self._find()
         if found is None:
             return rpt_("{:s}: its material was removed meanwhile").format(result.fitted.name)
         _put(found, result)
@@ -162,6 +174,13 @@ class ExistingMaterial:
 
     def abandon(self) -> None:
         """Nothing was changed."""
+
+    def _find(self) -> bpy.types.Material | None:
+        return next((m for m in bpy.data.materials if m.session_uid == self.uid), None)
+
+
+def _has_base(sampling: str) -> bool:
+    return sampling.lower() in generate.BASE_SAMPLINGS
 
 
 def _put(item: bpy.types.Material, result: FitResult) -> None:

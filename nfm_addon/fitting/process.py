@@ -52,9 +52,10 @@ class FitProcess:
         draft: bool,
         encoding: str | None = None,
         output: str | None = None,
+        shading: bool = False,
     ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="nfm-", dir=bpy.app.tempdir))
-        request = Request(path, quality, draft, str(self.folder), encoding, output)
+        request = Request(path, quality, draft, str(self.folder), encoding, output, shading)
         packages = Path(np.__file__).resolve().parents[1]
         # bytecode halves the time of the imports; where Blender writes none, nor does this
         flags = ["-I", *(["-B"] if sys.dont_write_bytecode else [])]

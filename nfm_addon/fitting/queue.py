@@ -21,7 +21,17 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from ...fitter.errors import NfmError, shown_name
 from ...fitter.formats import parameter_file
 from ...fitter.formats.parameter_file import FittedMaterial
-from ...fitter.jobs.job import DRAFT, FINAL, ICON_FILE, KEPT, SLICES_FILE, Event
+from ...fitter.jobs.job import (
+    DRAFT,
+    FINAL,
+    ICON_FILE,
+    KEPT,
+    SLICES_FILE,
+    Event,
+    shading_path,
+)
+from ...fitter.shading import shading
+from .. import known_shadings
 from .process import FitProcess
 
 INTERVAL = 0.1  # seconds between two pumps
@@ -49,6 +59,7 @@ class Landing(Protocol):
     """Where the result of a fit goes."""
 
     wants_draft: bool
+    wants_shading: bool  # base lobes from the fit's process: the interface need not wait for them
     output: str | None  # as in job.Request
 
     def draft(self, result: FitResult) -> None:
@@ -143,6 +154,7 @@ class FitQueue:
                 draft=job.landing.wants_draft,
                 encoding=job.encoding,
                 output=job.landing.output,
+                shading=job.landing.wants_shading,
             )
         except OSError as error:
             self._fail(job, rpt_("Python could not be started ({:s})").format(str(error)))
@@ -154,7 +166,7 @@ class FitQueue:
         try:
             if event.kind == DRAFT:
                 job.step = "Draft"
-                job.landing.draft(FitResult(parameter_file.load(event.text)))
+                job.landing.draft(_result(event))
             elif event.kind in (FINAL, KEPT):
                 result = _result(event)
                 self._end(job)
@@ -177,12 +189,15 @@ class FitQueue:
 
 
 def _result(event: Event) -> FitResult:
-    folder = Path(event.text).parent
-    slices = folder / SLICES_FILE
+    path = Path(event.text)
+    fitted = parameter_file.load(path)
+    if (found := shading_path(path)).exists():
+        known_shadings.remember(fitted.model, shading.load(found))
+    slices, icon = path.with_name(SLICES_FILE), path.with_name(ICON_FILE)
     return FitResult(
-        parameter_file.load(event.text),
+        fitted,
         slices=np.load(slices) if slices.exists() else None,
-        icon=np.load(folder / ICON_FILE),
+        icon=np.load(icon) if icon.exists() else None,
         kept=event.kind == KEPT,
     )
 

@@ -10,7 +10,7 @@ from fitter.fitting.problem import Problem
 from fitter.grading import metrics
 from fitter.models import splines
 from fitter.models.model import FactorModel
-from fitter.shading.base_lobes import fit_base_lobes
+from tests.bases import base_of
 from tests.models import MODELS
 
 
@@ -69,7 +69,7 @@ def planted_measurement(planted, make_measurement):
 @pytest.fixture(scope="session")
 def bases():
     """Base lobes of MODELS by name."""
-    return {name: fit_base_lobes(model) for name, model in MODELS.items()}
+    return {name: base_of(name) for name in MODELS}
 
 
 @pytest.fixture(scope="session")

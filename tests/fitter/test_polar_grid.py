@@ -70,8 +70,8 @@ def test_linear_to_zero_at_the_horizon(tables):
 def test_weights_are_a_partition_up_to_the_last_row():
     rng = np.random.default_rng(3)
     theta, phi = rng.uniform(0, polar_grid.LAST_THETA, 1000), rng.uniform(-9, 9, 1000)
-    index, weight = polar_grid.taps(theta, phi)
-    assert index.min() >= 0
-    assert index.max() < polar_grid.N_NODES
-    assert weight.min() >= 0
-    np.testing.assert_allclose(weight.sum(1), 1, rtol=1e-12)
+    taps = polar_grid.taps(theta, phi)
+    assert taps.index.min() >= 0
+    assert taps.index.max() < polar_grid.N_NODES
+    assert taps.weight.min() >= 0
+    np.testing.assert_allclose(taps.weight.sum(0), 1, rtol=1e-12)

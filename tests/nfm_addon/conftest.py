@@ -1,6 +1,7 @@
 """A small fitted material, objects to put it on, and processes of their own."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -125,36 +126,50 @@ def run_python():
     """Run code in a process of its own, which must succeed; returns what it printed.
 
     It does not find the checkout by itself, nor an extension. It has Blender's scratch settings,
-    and `oslquery` where a real Blender has it.
+    and `oslquery` where a real Blender has it. Inside a full Blender, it is another one.
     """
-    setup = "import sys; from pathlib import Path\n"
-    setup_blender = setup + (
-        "import bpy\n"
-        "python = 'python{}.{}'.format(*sys.version_info[:2])\n"
-        "packages = Path(bpy.utils.resource_path('LOCAL'), 'python', 'lib', python)\n"
-        "sys.path.append(str(packages / 'site-packages'))\n"
-    )
-
-    interpreter = [sys.executable, "-P", "-W", "default::DeprecationWarning"]
 
     def run(code, *arguments, blender=True, cwd=None):
         # Blender 5 sets OCIO, and says so on standard output where it finds it set
         variables = {name: value for name, value in os.environ.items() if name != "OCIO"}
+        command = _blender_command(code) if blender else _python_command(SETUP + code)
         answer = subprocess.run(
-            [
-                *interpreter,
-                "-c",
-                (setup_blender if blender else setup) + code,
-                *map(str, arguments),
-            ],
-            env=variables,
-            cwd=cwd,
-            capture_output=True,
-            text=True,
+            [*command, *map(str, arguments)], env=variables, cwd=cwd, capture_output=True, text=True
         )
         assert answer.returncode == 0, answer.stdout + answer.stderr
         assert "Warning" not in answer.stderr, answer.stderr
         assert "Traceback" not in answer.stderr, answer.stderr
-        return answer.stdout
+        return BLENDER_SAYS.sub("", answer.stdout)
 
     return run
+
+
+SETUP = "import sys; from pathlib import Path\n"
+
+MODULE_SETUP = """
+import bpy
+python = 'python{}.{}'.format(*sys.version_info[:2])
+packages = Path(bpy.utils.resource_path('LOCAL'), 'python', 'lib', python)
+sys.path.append(str(packages / 'site-packages'))
+"""
+
+FULL_SETUP = """
+import bpy, warnings
+warnings.simplefilter('default', DeprecationWarning)
+sys.argv = ['-c', *sys.argv[sys.argv.index('--') + 1:]]
+"""
+
+BLENDER_SAYS = re.compile(r"^(Blender \d.*|\s*Blender quit)\n", re.MULTILINE)
+
+
+def _python_command(code):
+    return [sys.executable, "-P", "-W", "default::DeprecationWarning", "-c", code]
+
+
+def _blender_command(code):
+    import bpy
+
+    if bpy.app.module:
+        return _python_command(SETUP + MODULE_SETUP + code)
+    options = ["-b", "--factory-startup", "--python-exit-code", "1"]
+    return [bpy.app.binary_path, *options, "--python-expr", SETUP + FULL_SETUP + code, "--"]

@@ -62,6 +62,7 @@ def test_what_the_asset_browser_shows(write, append, addon):
     assert tuple(material.preview.image_size) == (16, 16)
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize("model", [MODELS["plastic"], ANISOTROPIC_MODELS["pile"]])
 def test_an_appended_asset_is_whole(write, append, addon, model, sphere_scene, render):
     path = write("Thing", model)
@@ -76,6 +77,7 @@ def test_an_appended_asset_is_whole(write, append, addon, model, sphere_scene, r
     np.testing.assert_array_equal(picture, render(sphere_scene(fresh)))
 
 
+@pytest.mark.osl
 def test_two_copies_diverge(write, append, addon):
     path = write()
     first, second = append(path), append(path)
@@ -100,6 +102,7 @@ def test_a_linked_asset_renders_and_is_not_edited(write, append, addon, sphere_s
     np.testing.assert_array_equal(render(sphere_scene(material)), render(sphere_scene(fresh)))
 
 
+@pytest.mark.osl
 def test_an_asset_made_without_osl_is_compiled_when_it_is_appended(
     write, append, addon, monkeypatch
 ):

@@ -48,6 +48,7 @@ def write_directions(path, count):
 # ---- eval ----
 
 
+@pytest.mark.osl
 # Blender renders no picture below 4 x 4: few pairs are a case of their own.
 @pytest.mark.parametrize("count", [0, 1, 2, 5, 9, 10, 17, 500])
 def test_eval_through_osl_equals_numpy(count, main, parameter_path, fitted, tmp_path):
@@ -77,6 +78,7 @@ def test_eval_goes_through_numpy_by_default(main, parameter_path, tmp_path, addo
 # ---- render ----
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize("suffix", [".exr", ".png"])
 def test_render_writes_a_picture_and_one_line(suffix, render_verb, tmp_path, capsys):
     path = tmp_path / f"sphere{suffix}"
@@ -85,6 +87,7 @@ def test_render_writes_a_picture_and_one_line(suffix, render_verb, tmp_path, cap
     assert capsys.readouterr().out == f"written to      {path}\n"
 
 
+@pytest.mark.osl
 def test_render_shows_cloths(render_verb, addon, monkeypatch, tmp_path):
     for name, value in (("LEVELS", (9, 17)), ("STEPS", (40, 20)), ("PARTICLES", 17)):
         monkeypatch.setattr(addon("drape"), name, value)
@@ -93,6 +96,7 @@ def test_render_shows_cloths(render_verb, addon, monkeypatch, tmp_path):
     assert addon("images").read_linear(path).shape == (16, 48, 3)
 
 
+@pytest.mark.osl
 def test_render_options_reach_the_picture(render_verb, addon, tmp_path):
     read = addon("images").read_linear
     light = tmp_path / "light.exr"
@@ -210,6 +214,7 @@ def small_demo(addon, monkeypatch, small_sphere):
     monkeypatch.setattr(module, "SphereView", small)
 
 
+@pytest.mark.osl
 def test_demo_of_a_given_file_prints_its_picture(
     main, small_demo, parameter_path, native_error, tmp_path, capsys
 ):
@@ -225,6 +230,7 @@ def test_demo_of_a_given_file_prints_its_picture(
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.osl
 def test_demo_without_a_file_says_that_it_is_synthetic(
     main, addon, small_demo, fitted, tmp_path, capsys, monkeypatch
 ):
@@ -249,6 +255,7 @@ def test_demo_into_a_file_fails_with_one_line(main, parameter_path, capfd):
 # ---- as a process, and as a Blender command ----
 
 
+@pytest.mark.osl
 def test_process_prints_the_report_and_nothing_of_blender(run_python, parameter_path, tmp_path):
     path = tmp_path / "out.png"
     code = "from runner.blender import main; sys.exit(main(sys.argv[1:]))"

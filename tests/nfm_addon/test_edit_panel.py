@@ -76,10 +76,16 @@ def material(addon):
 
 @pytest.fixture
 def drawn(blender, addon):
-    def draw(material):
+    def draw(material, width=400):
         lines = []
         panel = SimpleNamespace(layout=Notes(blender, lines))
-        addon("edit_panel").NFM_PT_edit.draw(panel, SimpleNamespace(material=material))
+        context = SimpleNamespace(
+            material=material,
+            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+            region=SimpleNamespace(width=width),
+        )
+        addon("edit_panel").NFM_PT_edit.draw(panel, context)
+        draw.split = panel.layout.use_property_split
         return lines
 
     return draw
@@ -92,6 +98,13 @@ def test_stands_in_the_panel_of_the_material(blender, material):
     assert panel.poll(SimpleNamespace(material=material))
     material.node_tree.nodes.clear()
     assert not panel.poll(SimpleNamespace(material=material))
+
+
+def test_names_stand_within_the_sliders_where_there_is_no_room_beside_them(material, drawn):
+    wide = drawn(material)
+    assert drawn.split is True
+    assert drawn(material, width=240) == wide
+    assert drawn.split is False
 
 
 def test_shows_every_slider_and_curve(material, drawn):

@@ -278,6 +278,7 @@ def test_blend(share, blended, editing, source, expected):
 # ---- copies ----
 
 
+@pytest.mark.osl
 def test_copies_diverge_when_one_is_edited(blender, build, editing, source, addon):
     one = build()
     two = one.copy()

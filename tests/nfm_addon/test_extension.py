@@ -1,7 +1,11 @@
 """The checkout as Blender's own tools see it: validated, built, installed."""
 
+import json
+import re
+import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 
 import pytest
@@ -35,6 +39,8 @@ NEEDED = {
     "osl/residual_lobe.osl.in",
 }
 FOLDERS = {"fitter", "nfm_addon", "osl"}
+
+MANIFEST = tomllib.loads((CHECKOUT / "blender_manifest.toml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="session")
@@ -75,7 +81,7 @@ def test_blender_accepts_the_checkout(blender_ext):
 
 
 def test_blender_accepts_the_package(blender_ext, package):
-    assert package.name == "nfm-0.1.0.zip"
+    assert package.name == f"nfm-{MANIFEST['version']}.zip"
     assert "Success" in blender_ext("validate", package)
 
 
@@ -107,7 +113,7 @@ def test_leftovers_of_work_stay_out(blender_ext, tmp_path):
     left = [
         *(".git/config", ".nfm/python3.13/stamp", ".gitignore", ".ci/run", ".ruff_cache/x"),
         *("tests/osl/x.py", "docs/picture.png", "benchmarks/x.py", "runner/x.py"),
-        *("fitter/__pycache__/x.pyc", "nfm", "pyproject.toml", "nfm-0.1.0.zip"),
+        *("fitter/__pycache__/x.pyc", "nfm", "pyproject.toml", "nfm-1.0.0.zip"),
     ]
     kept = ["__init__.py", "blender_manifest.toml", "fitter/nfm.py", "osl/docs.osl.in"]
     for name in (*left, *kept):
@@ -188,3 +194,112 @@ def test_installed_copy_imports_and_renders(
         directional_albedo(fitted.model, np.zeros(1))[0],
         rtol=2e-2,
     )
+
+
+# --- the rules of the Extensions platform ---
+
+
+def test_permissions_have_reasons():
+    assert MANIFEST["permissions"].keys() == {"files"}
+    for reason in MANIFEST["permissions"].values():
+        assert 10 < len(reason) <= 64
+        assert not reason.endswith(".")
+
+
+def test_licence_and_version_are_said_once():
+    assert MANIFEST["license"] == ["SPDX:GPL-3.0-or-later"]
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert "version" in project["dynamic"]
+    changes = (CHECKOUT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(r"^## \[([\d.]+)\]", changes, re.MULTILINE)[1] == MANIFEST["version"]
+
+
+# --- from one version to the next ---
+
+OLD_SESSION = """
+package, parameters, blend = sys.argv[1:]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.extensions.package_install_files(
+    filepath=package, repo="user_default", enable_on_install=True
+)
+mesh = bpy.data.meshes.new("Triangle")
+mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+item = bpy.data.objects.new("Triangle", mesh)
+bpy.context.scene.collection.objects.link(item)
+bpy.context.view_layer.objects.active = item
+bpy.ops.nfm.import_measurement(filepath=parameters)
+material = item.active_material
+# properties that came with later versions
+for name in ("quality", "slices", "token", "source_path", "native_error", "native_psnr"):
+    material.nfm.property_unset(name)
+bpy.ops.wm.save_as_mainfile(filepath=blend)
+"""
+
+NEW_SESSION = """
+import addon_utils, json, tomllib
+package, blend, old_blend = sys.argv[1:]
+installed = Path(bpy.utils.user_resource("EXTENSIONS"), "user_default", "nfm")
+version = lambda: tomllib.loads((installed / "blender_manifest.toml").read_text())["version"]
+versions = [version()]
+bpy.ops.extensions.package_install_files(
+    filepath=package, repo="user_default", enable_on_install=True
+)
+versions.append(version())
+
+def state():
+    bpy.ops.wm.open_mainfile(filepath=old_blend)
+    (material,) = bpy.data.materials
+    from bl_ext.user_default.nfm.nfm_addon import editing, material as module
+    script = module.find_script_node(material)
+    before = script.bytecode, script.script.as_string()
+    edited = editing.refresh(material)
+    after = script.bytecode, script.script.as_string()
+    material.nfm.edit.lobe_1.width = 2.0
+    return [before == after, edited, editing.refresh(material), material.nfm.numbers]
+
+states = [state()]
+name = "bl_ext.user_default.nfm"
+addon_utils.disable(name, default_set=True)
+bpy.ops.wm.open_mainfile(filepath=old_blend)
+(material,) = bpy.data.materials
+without = [hasattr(material, "nfm"), len(bpy.data.node_groups)]
+bpy.ops.wm.save_as_mainfile(filepath=blend)
+addon_utils.enable(name, default_set=True)
+old_blend = blend
+states.append(state())
+print(json.dumps([versions, states, without]))
+"""
+
+
+def test_upgrade_with_materials_that_an_older_version_made(
+    blender_ext, package, run_python, tmp_path, monkeypatch
+):
+    """Installed over it; then disabled, saved, enabled again. Nothing of a material is lost."""
+    older = tmp_path / "older"
+    older.mkdir()
+    with zipfile.ZipFile(package) as archive:
+        archive.extractall(older)
+    manifest = older / "blender_manifest.toml"
+    text = manifest.read_text(encoding="utf-8")
+    manifest.write_text(re.sub(r'^version = ".*"', 'version = "0.9.0"', text, flags=re.MULTILINE))
+    (older / "nfm_addon" / "gone_since.py").touch()
+    blender_ext("build", "--source-dir", older, "--output-filepath", tmp_path / "old.zip")
+    shutil.rmtree(older)
+    user = tmp_path / "user"
+    user.mkdir()
+    monkeypatch.setenv("BLENDER_USER_RESOURCES", str(user))
+    parameters = CHECKOUT / "tests" / "fitter" / "formats" / "version_1" / "preset.nfm.json"
+    blend = tmp_path / "old.blend"
+    run_python(OLD_SESSION, tmp_path / "old.zip", parameters, blend)
+    output = run_python(NEW_SESSION, package, tmp_path / "again.blend", blend)
+    versions, states, without = json.loads(output.splitlines()[-1])
+    assert versions == ["0.9.0", MANIFEST["version"]]
+    assert not (
+        user / "extensions" / "user_default" / "nfm" / "nfm_addon" / "gone_since.py"
+    ).exists()
+    for unchanged, edited, edited_then, numbers in states:
+        assert unchanged
+        assert edited is False
+        assert edited_then is True
+        assert numbers == 822
+    assert without == [False, 1]

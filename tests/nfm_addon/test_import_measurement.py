@@ -254,6 +254,7 @@ def test_leaves_no_temporary_files(import_file, parameter_path, mesh_object, tmp
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize("engine", ["BLENDER_WORKBENCH", "EEVEE", "CYCLES"])
 def test_compiles_under_any_engine(
     engine, blender, addon, import_file, parameter_path, mesh_object
@@ -330,6 +331,7 @@ def test_strange_figures_do_no_harm(
     assert (settings.objective, settings.mean_log_error, settings.source) == (3, 0, "")
 
 
+@pytest.mark.osl
 def test_imports_are_independent(blender, addon, import_file, parameter_path, mesh_object):
     materials = []
     for _ in range(2):
@@ -422,6 +424,7 @@ def test_unusable_file_is_refused_and_leaves_nothing(
     assert slots(item) == ["old 0", "old 1"]
 
 
+@pytest.mark.osl
 def test_shader_that_does_not_compile_leaves_nothing(
     addon, import_file, parameter_path, mesh_object, slots, all_names, monkeypatch
 ):
@@ -461,6 +464,7 @@ def test_undo_and_redo_around_an_import(
     assert slots(blender.data.objects["Thing"]) == ["blue plastic"]
 
 
+@pytest.mark.osl
 def test_import_is_one_undo_step(
     blender,
     addon,

@@ -73,6 +73,7 @@ def test_sockets_of_the_group(build, fitted):
     assert normal.hide_value
 
 
+@pytest.mark.osl
 def test_script_node_inside_the_group(build, script_of):
     script = script_of(build())
     assert {socket.name: socket.is_linked for socket in script.inputs} == {
@@ -96,6 +97,7 @@ def test_script_node_inside_the_group(build, script_of):
     assert script.bytecode
 
 
+@pytest.mark.osl
 def test_every_engine_has_an_output_of_its_own(build):
     material = build()
     tree = material.node_tree
@@ -108,6 +110,7 @@ def test_every_engine_has_an_output_of_its_own(build):
     assert {socket.node for socket in sockets.values()} == {group_node(material)}
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize("name", HOSTILE_NAMES, ids=ascii)
 def test_name_does_not_reach_the_shader(name, build, script_of):
     plain, hostile = build(name="plain"), build(name=name)
@@ -124,6 +127,7 @@ def test_name_does_not_reach_the_shader(name, build, script_of):
 # ---- errors ----
 
 
+@pytest.mark.osl
 def test_failed_compilation_leaves_nothing(addon, build, errors, all_names, monkeypatch, tmp_path):
     monkeypatch.setattr(
         addon("material"),
@@ -142,6 +146,7 @@ def shown_in_cycles(material):
     return material.node_tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_socket.name
 
 
+@pytest.mark.osl
 def test_without_osl_there_is_the_stand_in_until_there_is(
     build, script_of, addon, monkeypatch, blender, tmp_path
 ):
@@ -225,6 +230,7 @@ def test_damaged_parameters_do_not_break_the_property(build, script_of, capfd):
     assert script_of(material).bytecode == before
 
 
+@pytest.mark.osl
 def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkeypatch):
     material = build()
     script = script_of(material)
@@ -245,6 +251,7 @@ def test_failed_update_leaves_the_shader(addon, build, script_of, errors, monkey
 # ---- changes ----
 
 
+@pytest.mark.osl
 def test_sampling_writes_the_shader_anew(build, script_of):
     material = build()
     script = script_of(material)
@@ -259,6 +266,7 @@ def test_sampling_writes_the_shader_anew(build, script_of):
     assert script.script.as_string() == source
 
 
+@pytest.mark.osl
 def test_sampling_keeps_values_and_links(blender, build, script_of):
     material = build()
     node, script = group_node(material), script_of(material)
@@ -279,6 +287,7 @@ def test_sampling_keeps_values_and_links(blender, build, script_of):
     assert len(blender.data.texts) == texts
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize(
     ("sampling", "candidates"),
     [("NATIVE", 0), ("SMOOTH", 2), ("EXACT", 2), ("REFERENCE", 4), ("COSINE", 1)],
@@ -296,6 +305,7 @@ def test_candidates_are_those_of_the_sampling(sampling, candidates, build, scrip
     assert script_of(fresh).script.as_string() == script_of(material).script.as_string()
 
 
+@pytest.mark.osl
 def test_writing_the_shader_anew_keeps_candidates(addon, build, script_of):
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
@@ -304,6 +314,7 @@ def test_writing_the_shader_anew_keeps_candidates(addon, build, script_of):
     assert script_of(material).inputs["Candidates"].default_value == 7
 
 
+@pytest.mark.osl
 def test_failed_change_of_sampling_leaves_candidates(addon, build, script_of, monkeypatch, capfd):
     material = build(sampling="EXACT")
     script_of(material).inputs["Candidates"].default_value = 7
@@ -343,6 +354,7 @@ def test_sampling_of_other_materials_is_nobody_s_business(blender):
 # ---- what is rendered ----
 
 
+@pytest.mark.osl
 def test_sampling_changes_the_noise_and_not_the_mean(build, render, sphere_scene):
     material = build(MODELS["matte"])
     pictures = [render(sphere_scene(material, samples=64))]
@@ -352,6 +364,7 @@ def test_sampling_changes_the_noise_and_not_the_mean(build, render, sphere_scene
     assert pictures[0].mean() == pytest.approx(pictures[1].mean(), rel=5e-3)
 
 
+@pytest.mark.osl
 def test_mixed_in_the_tree_of_another_material(blender, addon, build, render, sphere_scene):
     """Two groups under a Mix Shader, as a layer; edits of their own materials are seen there."""
     parts = [build(MODELS[name], "NATIVE") for name in ("matte", "plastic")]
@@ -386,6 +399,7 @@ def test_several_users_see_the_same_edit(blender, build, addon):
     assert len([group for group in blender.data.node_groups if group.name == "NFM BRDF"]) == 1
 
 
+@pytest.mark.osl
 def test_normal_is_that_of_the_geometry_unless_linked(build, render, sphere_scene):
     material = build()
     scene = sphere_scene(material)
@@ -433,6 +447,7 @@ def saved(blender, build, render, sphere_scene, tmp_path):
     return path, pixels
 
 
+@pytest.mark.osl
 def test_reopened_file_renders_the_same(blender, saved, render, script_of, fitted):
     path, pixels = saved
     blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
@@ -461,6 +476,7 @@ bpy.ops.render.render(write_still=True, scene=scene.name)
 """
 
 
+@pytest.mark.osl
 def test_file_renders_the_same_without_the_extension(saved, addon, run_python, tmp_path):
     path, pixels = saved
     picture = tmp_path / "without.exr"

@@ -55,6 +55,7 @@ def test_replacing_by_a_bad_file_changes_nothing(blender, item, tmp_path):
     assert item.nfm.parameters == before
 
 
+@pytest.mark.osl
 def test_a_model_whose_shader_does_not_compile_is_not_taken(
     blender, addon, item, metal_path, monkeypatch
 ):

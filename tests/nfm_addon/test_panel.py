@@ -139,6 +139,7 @@ def test_poll_of_the_shader_editor(kind, blender, material):
 # ---- what ----
 
 
+@pytest.mark.osl
 def test_shows_everything_in_order(material, drawn):
     settings = material.nfm
     settings.native_error, settings.native_psnr, settings.native_share = 0.01234, 45.6, 0.985
@@ -175,7 +176,6 @@ def test_shows_everything_in_order(material, drawn):
                 "save_edits",
                 "load_edits",
                 "reset_material",
-                "install_library",
             )
         ),
         ("label", "Plot", "NONE"),
@@ -187,6 +187,7 @@ def test_shows_everything_in_order(material, drawn):
     ]
 
 
+@pytest.mark.osl
 def test_fits_into_a_narrow_panel(blender, material, drawn):
     blender.context.scene.cycles.shading_system = False
     blender.context.scene.render.engine = "BLENDER_WORKBENCH"
@@ -242,6 +243,7 @@ def test_warns(name, value, warning, material, drawn):
     assert ("label", warning, "ERROR") in drawn(material)
 
 
+@pytest.mark.osl
 def test_offers_to_set_up_rendering(blender, material, drawn):
     assert ("operator", "nfm.set_up_render") not in drawn(material)
     blender.context.scene.cycles.shading_system = False
@@ -250,6 +252,7 @@ def test_offers_to_set_up_rendering(blender, material, drawn):
     assert ("operator", "nfm.set_up_render") in lines
 
 
+@pytest.mark.osl
 def test_without_a_source(material, texts):
     material.nfm.source = ""
     assert texts(material)[1:3] == ["Model", "3 lobes, 822 numbers"]

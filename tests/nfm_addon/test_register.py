@@ -116,14 +116,15 @@ def test_twice_registered_and_unregistered(run_python):
     assert len(on["menu"]) == 2
     assert (off["types"], off["operators"], off["property"], off["menu"]) == ([], [], False, [])
     assert off["command"] is False
-    # of the queue, the landings, completion of what is opened or appended, and live editing
+    # of the queue, the landings, the search for base lobes, completion of what is opened or
+    # appended, and live editing
     added = {name: n - off["handlers"][name] for name, n in on["handlers"].items()}
     assert {name: n for name, n in added.items() if n} == {
         "blend_import_post": 1,
         "depsgraph_update_post": 1,
         "frame_change_post": 1,
         "load_post": 2,
-        "load_pre": 2,
+        "load_pre": 3,
         "redo_post": 2,
         "render_cancel": 1,
         "render_complete": 1,
@@ -186,6 +187,19 @@ SOURCES = [
     for path in sorted((CHECKOUT / folder).rglob("*.py"))
     if "__pycache__" not in path.parts
 ]
+
+
+# What opens connections, in the standard library and in what Blender brings.
+NETWORK = {"asyncio", "ftplib", "http", "requests", "smtplib", "socket", "socketserver", "ssl"}
+NETWORK |= {"telnetlib", "urllib", "urllib3", "xmlrpc"}
+
+
+def test_nothing_opens_connections():
+    """The manifest asks for no permission to."""
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES)
+    names = {name.split(".")[0] for tree in trees for name in imported_names(tree)}
+    assert "numpy" in names
+    assert not names & NETWORK
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(CHECKOUT)))

@@ -25,11 +25,13 @@ def state(scene):
     return scene.render.engine, scene.cycles.shading_system, scene.cycles.device
 
 
+@pytest.mark.osl
 def test_nothing_is_in_the_way_of_a_scene_that_is_ready(blender, setup, ready):
     assert setup.obstacles(blender.context) == []
     assert not blender.ops.nfm.set_up_render.poll()
 
 
+@pytest.mark.osl
 def test_one_click_changes_what_is_wrong_and_tells_it(blender, setup, ready, capfd):
     ready.render.engine = "BLENDER_WORKBENCH"
     ready.cycles.shading_system = False
@@ -39,6 +41,7 @@ def test_one_click_changes_what_is_wrong_and_tells_it(blender, setup, ready, cap
     assert "Changed: render engine: Cycles; Open Shading Language: on" in capfd.readouterr().out
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize(
     ("kind", "is_obstacle"), [("NONE", False), ("OPTIX", False), ("CUDA", True), ("HIP", True)]
 )
@@ -62,6 +65,7 @@ def test_a_blender_without_osl_is_told_and_nothing_is_changed(blender, setup, re
     assert ready.render.engine == "BLENDER_WORKBENCH"
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize("automatic", [False, True])
 def test_importing_switches_the_scene_only_if_preferred(
     automatic, addon, blender, ready, parameter_path, mesh_object, monkeypatch, capfd

@@ -130,7 +130,7 @@ def test_picture_that_was_not_written_is_an_error(
     path = tmp_path / "out.exr"
     path.write_bytes(b"precious")
     monkeypatch.setattr(rendering.Path, "is_file", lambda _path: False)
-    with pytest.raises(refused, match="Blender wrote no picture"):
+    with pytest.raises(refused, match="Blender wrote no file"):
         rendering.render_to_file(scene, path)
     monkeypatch.undo()
     assert path.read_bytes() == b"precious"

@@ -33,6 +33,7 @@ def pictures(addon, render, sphere_scene):
     return make
 
 
+@pytest.mark.osl
 @pytest.mark.parametrize(
     ("name", "least"), [("matte", 40), ("plastic", 40), ("metal", 40), ("paint", 35)]
 )
@@ -41,6 +42,7 @@ def test_looks_like_the_material(name, least, build, pictures):
     assert rendered_psnr(substitute, material)[0] > least
 
 
+@pytest.mark.osl
 def test_follows_the_sockets(addon, build, pictures):
     material = build("paint")
     inputs = addon("material").find_group_node(material).inputs
@@ -51,6 +53,7 @@ def test_follows_the_sockets(addon, build, pictures):
     assert rendered_psnr(substitute, picture)[0] > 35
 
 
+@pytest.mark.osl
 def test_follows_a_new_model(addon, build, pictures):
     material = build("plastic")
     addon("material").replace_model(material, FittedMaterial("metal", MODELS["metal"]))

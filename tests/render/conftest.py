@@ -1,9 +1,18 @@
 """Rendering of factor models, for the tests of this folder."""
 
+from pathlib import Path
+
 import pytest
 
 from fitter.formats.parameter_file import FittedMaterial
 from tests.render.scenes import Stage
+
+
+def pytest_collection_modifyitems(items):
+    """What is rendered here is OSL."""
+    for item in items:
+        if item.path.is_relative_to(Path(__file__).parent):
+            item.add_marker("osl")
 
 
 @pytest.fixture

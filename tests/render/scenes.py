@@ -110,6 +110,16 @@ def mean_and_noise(pixels):
     return pixels.mean((-3, -2)), pixels.std((-3, -2)) / np.sqrt(count)
 
 
+def render_seeds(render, scene, seeds):
+    """Pictures of a scene that Cycles builds once: mesh and shaders are most of its time."""
+    scene.render.use_persistent_data = True
+    pictures = []
+    for seed in seeds:
+        scene.cycles.seed = seed
+        pictures.append(render(scene))
+    return pictures
+
+
 def blocks(pixels, size):
     """Means over squares of size x size pixels: (h / size, w / size, 3) of (h, w, 3)."""
     height, width = pixels.shape[0] // size, pixels.shape[1] // size

@@ -7,7 +7,7 @@ import pytest
 
 from fitter.geometry import normalized
 from fitter.quadrature import view_quadrature
-from fitter.shading.base_lobes import fit_base_lobes
+from tests.bases import base_of
 from tests.models import ANISOTROPIC_MODELS, MODELS
 from tests.render.scenes import mean_and_noise, normals_at
 
@@ -23,7 +23,7 @@ def name(request):
 
 @pytest.fixture(scope="module")
 def bases():
-    return {name: fit_base_lobes(model) for name, model in ALL_MODELS.items()}
+    return {name: base_of(name) for name in ALL_MODELS}
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from tests.models import MODELS
 from tests.render import reference
 from tests.render.samplings import SAMPLINGS
-from tests.render.scenes import blocks, check_equal
+from tests.render.scenes import blocks, check_equal, render_seeds
 
 RESOLUTION, BLOCK, WIDTH = 12, 4, 1.2
 VIEW = np.array([0, -1, 1]) / np.sqrt(2)
@@ -85,7 +85,6 @@ def corner(stage):
 @pytest.mark.parametrize("sampling", SAMPLINGS, ids=str)
 def test_two_bounces_equal_the_reference(sampling, corner, new_material, render):
     materials = [new_material(model, sampling.name) for model in FLOOR_AND_WALL]
-    pictures = [
-        blocks(render(corner(materials, samples=256, seed=seed)), BLOCK) for seed in range(3)
-    ]
+    scene = corner(materials, samples=256)
+    pictures = [blocks(picture, BLOCK) for picture in render_seeds(render, scene, range(3))]
     check_equal(pictures, references(), noise=0.02, error=sampling.error)

@@ -21,6 +21,9 @@ TURNED = replace(
     masking=np.roll(MODEL.masking, STEPS, axis=2),
 )
 
+# Pictures by how they were taken: to compile the shader is what costs.
+TAKEN = {}
+
 
 @pytest.fixture
 def light(addon, tmp_path):
@@ -30,25 +33,39 @@ def light(addon, tmp_path):
 
 
 @pytest.fixture
-def picture(addon, new_material, render, light):
-    """Sphere of a model; inputs of its node by name, and what to do to its mesh."""
+def picture(addon, monkeypatch, new_material, render, light):
+    """Sphere of a model; inputs of its node by name, and what to do to its mesh.
+
+    The sphere is a coarse one. All pictures are of the same, and most of their time is the mesh.
+    """
+    sphere = addon("standard_sphere")
+    monkeypatch.setattr(sphere, "SEGMENTS", 96)
+    monkeypatch.setattr(sphere, "RINGS", 48)
 
     def show(
         model,
         inputs=None,
-        prepare=lambda mesh: None,
+        prepare=None,
         resolution=32,
         samples=16,
         sampling="REFERENCE",
     ):
+        how = (model is MODEL, str(inputs), prepare, resolution, samples, sampling)
+        if how not in TAKEN:
+            TAKEN[how] = render(
+                scene_of(model, inputs or {}, prepare, resolution, samples, sampling)
+            )
+        return TAKEN[how]
+
+    def scene_of(model, inputs, prepare, resolution, samples, sampling):
         material = new_material(model, sampling)
-        for name, value in (inputs or {}).items():
+        for name, value in inputs.items():
             addon("material").find_group_node(material).inputs[name].default_value = value
-        sphere = addon("standard_sphere")
         view = sphere.SphereView(resolution, samples, environment=light)
         scene = sphere.build_scene(material, view)
-        prepare(next(item for item in scene.objects if item.type == "MESH").data)
-        return render(scene)
+        if prepare:
+            prepare(next(item for item in scene.objects if item.type == "MESH").data)
+        return scene
 
     return show
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.models import MODELS
 from tests.render.samplings import SAMPLINGS
-from tests.render.scenes import blocks, check_equal
+from tests.render.scenes import blocks, check_equal, render_seeds
 
 ANGLE = np.radians(35)
 VIEW = np.array([0, -np.sin(ANGLE), np.cos(ANGLE)])
@@ -89,11 +89,9 @@ def shadow_scene(stage, blender):
 @pytest.mark.parametrize("name", ["matte", "plastic"])
 def test_soft_shadow_equals_the_reference(name, sampling, shadow_scene, new_material, render):
     material = new_material(MODELS[name], sampling.name)
-    pictures = []
-    for seed in range(3):
-        scene, lamp = shadow_scene(material, "AREA", samples=128, seed=seed)
-        lamp.size = 1.0
-        pictures.append(blocks(render(scene), BLOCK))
+    scene, lamp = shadow_scene(material, "AREA", samples=128)
+    lamp.size = 1.0
+    pictures = [blocks(picture, BLOCK) for picture in render_seeds(render, scene, range(3))]
     references = area_lamp_references(name)
     check_equal(pictures, references, noise=0.04, error=sampling.error)
     # there is a shadow, and light too
@@ -111,11 +109,9 @@ def test_hard_shadow_equals_the_reference(name, sampling, shadow_scene, new_mate
         pytest.skip("sees lamps without size with its diffuse part alone")
     model = MODELS.get(name, LAMBERT)
     material = new_material(model, sampling.name)
-    pictures = []
-    for seed in range(2):
-        scene, lamp = shadow_scene(material, "POINT", samples=64, seed=seed)
-        lamp.shadow_soft_size = 0
-        pictures.append(blocks(render(scene), BLOCK))
+    scene, lamp = shadow_scene(material, "POINT", samples=64)
+    lamp.shadow_soft_size = 0
+    pictures = [blocks(picture, BLOCK) for picture in render_seeds(render, scene, range(2))]
     rng = np.random.default_rng(0)
     lamps = np.broadcast_to([0.0, 0, LAMP_HEIGHT], (RESOLUTION**2, 3))
     references = []

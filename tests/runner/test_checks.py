@@ -95,3 +95,23 @@ def test_one_failure_fails_all_and_stops_nothing(lanes, failing):
 def test_no_tests_collected(lanes, lane, arguments, status):
     lanes.statuses = {lane: 5}
     assert checks.main(arguments) == status
+
+
+@pytest.mark.parametrize("status", [0, 1])
+def test_coverage_of_one_version(lanes, status, monkeypatch):
+    monkeypatch.setenv("COVERAGE_FILE", "")
+    monkeypatch.setenv("COVERAGE_CORE", "")
+    commands = []
+    monkeypatch.setattr(checks, "_in_checkout", _noting(commands, status))
+    assert checks.main(["--coverage", "tests/osl"]) == status
+    assert [command[4] for command in commands] == ["run", "combine", "report"]
+    assert commands[0][-3:] == ["-m", "pytest", "tests/osl"]
+    assert "second" not in lanes.ran
+
+
+def _noting(commands, status):
+    def run(command):
+        commands.append(command)
+        return status if "pytest" in command else 0
+
+    return run

@@ -93,3 +93,12 @@ def test_failed_preparation_has_a_status_and_no_traceback(monkeypatch, error, st
 
     monkeypatch.setattr(runner, "_prepare", fail)
     assert runner.main(["fit"]) == status
+
+
+def test_linear_algebra_has_one_thread_unless_the_user_wants_more(prepared, monkeypatch):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    runner.main(["test"])
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    runner.main(["test"])
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "3"

@@ -1,11 +1,12 @@
 import subprocess
+import sys
 import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
 
-from runner import environment, package
+from runner import blender, environment, package
 from runner.messages import SetupError
 
 
@@ -59,6 +60,26 @@ def test_blender_builds_it(downloads, extension, tmp_path, capfd):
     assert sum(name.startswith("wheels/") for name in names) == len(downloads)
     assert "fitter/formats/utia.py" in names
     assert not [name for name in names if name.startswith(("tests/", "runner/", "demo.blend"))]
+
+
+def test_a_zip_for_each_platform(downloads, extension, tmp_path):
+    """With its own wheels, and Blender's validator takes all of them."""
+    assert package.main(["-o", str(tmp_path / "zips"), "--split-platforms"]) == 0
+    built = {path.stem.partition("-1.0.0-")[2]: path for path in (tmp_path / "zips").iterdir()}
+    assert built.keys() == {name.replace("-", "_") for name in package.PLATFORMS.values()}
+    for tag, name in package.PLATFORMS.items():
+        path = built[name.replace("-", "_")]
+        with zipfile.ZipFile(path) as archive:
+            wheels = [item for item in archive.namelist() if item.startswith("wheels/")]
+            manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
+        assert len(wheels) == len(package.PYTHONS)
+        assert all(wheel.endswith(f"-{tag}.whl") for wheel in wheels)
+        generated = manifest["build"]["generated"]
+        assert generated["platforms"] == [name]
+        assert sorted(generated["wheels"]) == sorted(f"./{wheel}" for wheel in wheels)
+        tool = [sys.executable, blender.extension_tool(), "validate", path]
+        answer = subprocess.run([*map(str, tool)], capture_output=True, text=True)
+        assert "Success" in answer.stdout, answer.stdout
 
 
 def test_failed_download(monkeypatch, tmp_path, capsys):

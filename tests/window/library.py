@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The material library in a real window: installed with one click, and dropped onto an object.
+"""Asset libraries in a real window: a folder of measured files imported as one, and the material
+library installed with one click and dropped onto an object.
 
 As session.py: blender --python library.py -- FOLDER, with the add-on installed and enabled.
 """
 
+import shutil
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -19,6 +21,30 @@ LIBRARY = import_module("bl_ext.user_default.nfm.nfm_addon.material_library")
 
 def cube():
     return bpy.data.objects["Cube"]
+
+
+def import_folder(window):
+    """File > Import > Folder of Measured BRDFs, before there is an asset browser."""
+    folder = FOLDER / "measured"
+    folder.mkdir()
+    for name in ("first.binary", "second.binary"):
+        shutil.copy(FOLDER / name, folder)
+    with window.override(window.area("VIEW_3D")):
+        bpy.ops.nfm.import_folder("INVOKE_DEFAULT", quality="DRAFT")
+    yield from window.until("the file browser is open", lambda: window.area("FILE_BROWSER"))
+    browser = window.area("FILE_BROWSER")
+    browser.spaces.active.params.directory = str(folder).encode()
+    yield 0.5
+    window.move(browser.x + browser.width / 2, browser.y + browser.height / 2)
+    yield 0.3
+    window.key("RET")
+    jobs = import_module("bl_ext.user_default.nfm.nfm_addon.fitting.queue").queue
+    yield from window.until("the fits run", lambda: jobs.jobs)
+    yield from window.picture("folder")
+    yield from window.until("all is fitted", lambda: not jobs.jobs)
+    output = Path(bpy.context.preferences.filepaths.asset_libraries["measured"].path)
+    assert sorted(path.name for path in output.glob("*.blend")) == ["first.blend", "second.blend"]
+    assert "2 fitted" in bpy.data.texts["Folder measured"].as_string()
 
 
 def prepare(window):
@@ -81,6 +107,7 @@ def drop(window):
 
 
 def session(window):
+    yield from import_folder(window)
     yield from prepare(window)
     yield from install(window)
     yield from browse(window)

@@ -3,9 +3,10 @@ import numpy as np
 import pytest
 
 from fitter import polar_grid
-from fitter.anisotropic.problem import AnisotropicProblem, Taps
+from fitter.anisotropic.problem import AnisotropicProblem
 from fitter.fitting import weights
 from fitter.grading import anisotropic_metrics
+from fitter.taps import Taps
 from tests.anisotropic_measurements import measurement_of
 from tests.models import random_anisotropic
 
@@ -82,7 +83,7 @@ def test_gathering_is_the_transpose(problem):
     values = rng.standard_normal(problem.theta_d.size)
     for taps in (problem.half, problem.difference, problem.nodes):
         table = rng.standard_normal(taps.size)
-        at_samples = taps.at_samples(table[None])[0]
+        at_samples = taps.of(table[None])[0]
         assert at_samples @ values == pytest.approx(table @ taps.gathered(values), rel=1e-9)
 
 

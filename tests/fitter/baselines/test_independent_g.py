@@ -61,7 +61,7 @@ def test_planted_model_is_recovered(effort, measured_by_channel):
 
 
 def test_alternation_with_golden_sections_recovers_it_too(effort, measured_by_channel):
-    effort(sweeps=4, joint_steps=1, rounds=1)
+    effort(sweeps=4, joint_steps=1, rounds=1, polish_angles=360)
     fitted = independent_g.fit(measured_by_channel, golden_section=True)
     np.testing.assert_array_equal(fitted.factors.scale > 0, DIAGONAL)
     table = metrics.tabulate(fitted)
@@ -189,7 +189,8 @@ def test_every_start_offers_its_best_lobe(coarse):
 
 def test_effort_is_that_of_our_fit(monkeypatch, effort, two_lobes):
     """As many starts, sweeps, joint steps and stages; only the sweeps that choose lobes on top."""
-    effort(sweeps=1, joint_steps=1, rounds=1, coarse_angles=60, polish_angles=60)
+    coarse = {"coarse_phi_group": 45, "coarse_angles": 60, "polish_angles": 60}
+    effort(sweeps=1, joint_steps=1, rounds=1, **coarse)
     counts = {"sweep": 0, "step": 0, "appearance": 0}
     sweep, refine = independent_g.sweep, independent_g.joint.refine
 

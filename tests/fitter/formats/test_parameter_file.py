@@ -327,3 +327,35 @@ def test_failed_save_leaves_the_old_file(material, tmp_path, monkeypatch, error,
 
 def test_limits_leave_room_for_honest_files(material):
     assert len(dumps(material)) < parameter_file.MAX_FILE_SIZE / 50
+
+
+# --- files of the past ---
+
+
+VERSION_1 = Path(__file__).parent / "version_1"
+
+
+@pytest.mark.parametrize("name", ["isotropic", "anisotropic", "preset"])
+def test_files_of_version_1_can_always_be_read(name):
+    """Written when the format was new, and never again: a change that breaks this breaks users."""
+    material = load(VERSION_1 / f"{name}.nfm.json")
+    kind = "anisotropic" if name == "anisotropic" else "isotropic"
+    assert material.name == f"{kind} gold"
+    assert material.source == Source("gold.binary", "merl", "ab" * 32)
+    assert material.fit["studio_psnr"] == 48.5
+    assert material.model.kind == kind
+    wi, wo = np.array([[0.6, 0.0, 0.8]]), np.array([[-0.36, 0.48, 0.8]])
+    expected = {
+        "isotropic": [0.0195491, 0.0354591, 0.0991191],
+        "anisotropic": [0.0758342, 0.1098648, 0.1808324],
+    }
+    np.testing.assert_allclose(material.model.f_r(wi, wo)[0], expected[kind], rtol=1e-5)
+    if name == "preset":
+        assert material.edits.sliders.lobes[0].width == 1.5
+        assert material.edits.sliders.specular_saturation == 0.5
+        changed = [
+            curve
+            for curve, handles in material.edits.curves.items()
+            if handles != material.edits.drawn[curve]
+        ]
+        assert changed == ["Lobe 2 D"]

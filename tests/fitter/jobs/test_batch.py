@@ -126,7 +126,7 @@ def test_failures_are_outcomes(folder, tmp_path, quick):
 def test_memory_does_not_grow_with_the_files(folder, tmp_path, quick, content):
     """One measurement at a time, whatever their number; each is 35 MB."""
     jobs = []
-    for number in range(6):
+    for number in range(4):
         path = folder / f"{number}.bsdf"
         path.write_bytes(content + bytes(number))
         jobs.append(Job(path, tmp_path / f"{number}.nfm.json"))

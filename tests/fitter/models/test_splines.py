@@ -61,19 +61,19 @@ def test_linear_functions_are_reproduced():
 def test_matrix_and_taps_give_the_same_curve():
     points = curves(3)
     theta = np.concatenate([np.linspace(0, HALF_PI, 777), splines.masking_nodes()])
-    index, weight = splines.catmull_rom_taps(theta)
-    assert index.shape == weight.shape == (*theta.shape, 4)
-    assert index.min() == 0
-    assert index.max() == 89
-    by_taps = (points[:, index] * weight).sum(-1)
-    by_matrix = points @ splines.catmull_rom_matrix(theta).T
+    taps = splines.catmull_rom_taps(theta)
+    assert taps.index.shape == taps.weight.shape == (4, *theta.shape)
+    assert taps.index.min() == 0
+    assert taps.index.max() == 89
+    by_taps = (points[:, taps.index] * taps.weight).sum(1)
+    by_matrix = points @ splines.catmull_rom_taps(theta).matrix().T
     np.testing.assert_allclose(by_taps, splines.evaluate(points, theta), rtol=1e-14)
     np.testing.assert_allclose(by_matrix, by_taps, rtol=1e-13)
 
 
 def test_weights_sum_to_one():
-    _, weight = splines.catmull_rom_taps(np.linspace(0, HALF_PI, 1000))
-    np.testing.assert_allclose(weight.sum(-1), 1, rtol=1e-14)
+    taps = splines.catmull_rom_taps(np.linspace(0, HALF_PI, 1000))
+    np.testing.assert_allclose(taps.weight.sum(0), 1, rtol=1e-14)
 
 
 @pytest.mark.parametrize("node", [1, 2, 3, 44, 86, 87, 88])
@@ -106,7 +106,7 @@ def test_curve_is_never_negative():
     points = np.zeros((1, 90))
     points[0, ::3] = 1
     theta = np.linspace(0, HALF_PI, 2000)
-    unclamped = points @ splines.catmull_rom_matrix(theta).T
+    unclamped = points @ splines.catmull_rom_taps(theta).matrix().T
     assert unclamped.min() < -0.05
     got = splines.evaluate(points, theta)
     assert got.min() == 0

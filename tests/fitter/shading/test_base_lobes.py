@@ -10,6 +10,7 @@ from fitter.shading.base_catalogue import CATALOGUE, catalogue
 from fitter.shading.base_lobes import N_CLOSURES, fit_base_lobes, select_closures
 from fitter.shading.closures import Closure
 from fitter.shading.view_grid import DRAFT_GRIDS, FIT_GRIDS
+from tests.bases import base_of
 from tests.models import ANISOTROPIC_MODELS, MODELS, make
 
 VIEW_ANGLES = np.array(FIT_GRIDS["isotropic"].theta_o)
@@ -400,7 +401,7 @@ BRUSHED = ANISOTROPIC_MODELS["brushed"]
 
 @pytest.fixture(scope="module")
 def directed():
-    return {name: fit_base_lobes(model) for name, model in ANISOTROPIC_MODELS.items()}
+    return {name: base_of(name) for name in ANISOTROPIC_MODELS}
 
 
 def directed_error(model, base, theta_o, phi_o, tints=None):

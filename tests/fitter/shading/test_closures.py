@@ -6,6 +6,8 @@ import pytest
 
 from fitter.geometry import normalized
 from fitter.quadrature import view_quadrature
+from fitter.shading import closures
+from fitter.shading.base_catalogue import CATALOGUE
 from fitter.shading.closures import RAMP_COLOURS, Closure
 
 MICROFACETS = [Closure(kind, alpha) for kind in ("ggx", "beckmann") for alpha in (0.02, 0.2, 0.8)]
@@ -305,3 +307,34 @@ def test_tilt_at_the_ends(lean):
 def test_no_lean_no_tilt():
     for closure in (Closure("phong_ramp", 10), Closure("diffuse_ramp"), Closure("ggx", 0.1)):
         assert closure.leaning(1.0) == 0
+
+
+def test_text_gives_the_same_closures():
+    some = (
+        *CATALOGUE,
+        Closure("ggx", 0.1, across=0.3, azimuth=1.2),
+        Closure("phong_ramp", 3, tilt=0.3),
+    )
+    assert closures.loads(closures.dumps(some)) == some
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no JSON",
+        "3",
+        "[3]",
+        '[["ggx", 0.1, 0]]; import os',
+        '[["glass", 0.1, 0, 0, 0, 0]]',
+        '[["ggx", 0.0, 0, 0, 0, 0]]',
+        '[["ggx", NaN, 0, 0, 0, 0]]',
+        '[["ggx", 0.1, 0, 0, 0, Infinity]]',
+        '[["ggx", 0.1, 0, 0, 0, 0, 0]]',
+        '[["phong_ramp", 1e9, 0, 0, 0, 0]]',
+        '[["phong_ramp", 1, 0, 0, "tilt", 0]]',
+        '[["phong_ramp", 1, 0, 0, 2, 0]]',
+    ],
+)
+def test_other_text_is_refused(text):
+    with pytest.raises(ValueError):
+        closures.loads(text)

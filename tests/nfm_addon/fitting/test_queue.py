@@ -44,7 +44,8 @@ def test_progress_rises_and_the_time_left_is_told(start, pump, addon):
     text_of = addon("fitting.status_bar").text_of
     assert text_of(started.job, 0) == "copper.binary: Waiting"
     seen = []
-    pump(lambda: seen.append(started.job.progress) or started.job.progress > 0.3)
+    # no further: on a busy machine the rest of the fit may be told at once
+    pump(lambda: seen.append(started.job.progress) or started.job.progress > 0.05)
     assert seen == sorted(seen)
     assert started.job.seconds_left() > 0
     assert text_of(started.job, 2).endswith(" s left, 2 waiting")
