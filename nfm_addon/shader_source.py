@@ -19,9 +19,9 @@ from ..osl import generate
 from . import known_shadings
 
 # Digits of the weights and picking shares of anisotropic base lobes, counted from the largest of a
-# lobe: 226,000 numbers, which so take half the room in a .blend (docs/RESULTS.md, demo.blend).
-# Ramps have both signs and nearly cancel, so that with a digit less the error of a base grows.
-WEIGHT_DIGITS, PICKING_DIGITS = 5, 3
+# lobe at a view: 226,000 numbers, most of the room that a material takes in a .blend. Ramps have
+# both signs and nearly cancel, so that with fewer digits the error of a base grows.
+WEIGHT_DIGITS, PICKING_DIGITS = 6, 3
 
 
 @dataclass(frozen=True)
@@ -109,13 +109,10 @@ def _base_tables(base: BaseLobes) -> generate.BaseTables:
 
 
 def _rounded(table: np.ndarray, digits: int) -> np.ndarray:
-    """A table (rows, azimuths, lobes, ...) with so many digits of the largest number of a lobe."""
-    result = np.zeros_like(table)
-    for lobe in range(table.shape[2]):
-        largest = np.abs(table[:, :, lobe]).max()
-        if largest > 0:
-            places = digits - 1 - int(np.floor(np.log10(largest)))
-            result[:, :, lobe] = np.round(table[:, :, lobe], places)
+    """A table (rows, azimuths, lobes, ...) with so many digits of a lobe's largest at each view."""
+    largest = np.abs(table).max(axis=tuple(range(3, table.ndim)), keepdims=True)
+    unit = 10.0 ** (digits - 1 - np.floor(np.log10(np.where(largest > 0, largest, 1))))
+    result = np.round(table * unit) / unit
     return result + 0.0  # no -0
 
 
