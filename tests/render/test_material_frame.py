@@ -33,14 +33,9 @@ def light(addon, tmp_path):
 
 
 @pytest.fixture
-def picture(addon, monkeypatch, new_material, render, light):
-    """Sphere of a model; inputs of its node by name, and what to do to its mesh.
-
-    The sphere is a coarse one. All pictures are of the same, and most of their time is the mesh.
-    """
+def picture(addon, new_material, render, light):
+    """Sphere of a model; inputs of its node by name, and what to do to its mesh."""
     sphere = addon("standard_sphere")
-    monkeypatch.setattr(sphere, "SEGMENTS", 96)
-    monkeypatch.setattr(sphere, "RINGS", 48)
 
     def show(
         model,
