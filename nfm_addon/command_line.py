@@ -26,6 +26,7 @@ from ..fitter.models.factors import Factors
 from ..fitter.models.model import FactorModel
 from . import demo_light, images, material, script_node
 from .cloth_scene import build_cloth_scene
+from .demo import scene as demo_scene
 from .editing.rendered_model import rendered_model
 from .evaluate import evaluate_through_osl
 from .properties import DEFAULT_SAMPLING, SAMPLING_ITEMS
@@ -35,6 +36,7 @@ from .standard_sphere import SphereView, build_scene
 SAMPLINGS = [identifier.lower() for identifier, *_ in SAMPLING_ITEMS]
 SCENES = {"sphere": build_scene, "cloth": build_cloth_scene}
 DEMO_SAMPLE = "copper-paint"
+CHECKOUT = Path(__file__).resolve().parents[1]
 
 
 def main(argv: Sequence[str]) -> int:
@@ -140,21 +142,39 @@ def _add_demo_verb(verbs: argparse._SubParsersAction) -> None:
         "--output",
         metavar="FOLDER",
         type=Path,
-        default=Path("nfm-demo"),
-        help="default: nfm-demo here",
+        help="default: nfm-demo here; of --rebuild the checkout",
+    )
+    parser.add_argument(
+        "--rebuild",
+        action="store_true",
+        help=f"write {demo_scene.FILE_NAME}, a scene with many materials, instead",
     )
     parser.set_defaults(run=_run_demo)
 
 
 def _run_demo(arguments: argparse.Namespace) -> None:
-    folder = batch.made_folder(arguments.output)
+    if arguments.rebuild:
+        _rebuild_demo(batch.made_folder(arguments.output or CHECKOUT) / demo_scene.FILE_NAME)
+    else:
+        _fit_sample(arguments, batch.made_folder(arguments.output or Path("nfm-demo")))
+
+
+def _rebuild_demo(path: Path) -> None:
+    script_node.require_osl()
+    demo_scene.write(path)
+    size = path.stat().st_size
+    sys.stdout.write(f"written to      {path}, {size / 1e6:.2f} MB\n")
+
+
+def _fit_sample(arguments: argparse.Namespace, folder: Path) -> None:
     path = arguments.file
     if path is None:
         path = folder / f"synthetic-{DEMO_SAMPLE}.binary"
         synthetic.write_sample(path, DEMO_SAMPLE)
         sys.stdout.write(
             f"{path} is a synthetic sample in the MERL format, computed from an analytic model.\n"
-            "To see a measured material: ./nfm demo FILE.binary\n\n"
+            "To see a measured material: ./nfm demo FILE.binary; a scene of many: "
+            f"{demo_scene.FILE_NAME}\n\n"
         )
     start = time.perf_counter()
     fitted = _fitted(path, arguments.quality)

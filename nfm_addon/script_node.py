@@ -8,11 +8,15 @@ bytecode is stored in the node and the .blend renders without the add-on.
 
 from __future__ import annotations
 
+import hashlib
+import re
 from pathlib import Path
 
 import bpy
 
 from .errors import ShaderError
+
+_ORIGIN = re.compile(r'^#.*\n|%filename\{"(?:[^"\\]|\\.)*"\} ?|%line\{\d+\} ?', re.MULTILINE)
 
 
 def has_osl() -> bool:
@@ -78,6 +82,18 @@ def fill(node: bpy.types.ShaderNodeScript, name: str, source: str) -> bool:
     return True
 
 
+def without_origin(bytecode: str) -> str:
+    """Bytecode without comments and hints that say where the source was.
+
+    They name temporary files and the folders of this machine, which are nobody's business in a
+    .blend, and make the bytecode of one source differ from one compilation to the next.
+    """
+    # tables are megabytes, and stand before the code
+    head, code, rest = bytecode.partition("\ncode ")
+    head = "\n".join(line for line in head.split("\n") if not line.startswith("#"))
+    return head + _ORIGIN.sub("", code + rest)
+
+
 def _tag(node: bpy.types.ShaderNodeScript) -> None:
     """Have a render under way notice, and undo, which else keeps the Text of another shader."""
     node.id_data.update_tag()
@@ -90,7 +106,7 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
 
     messages: list[str] = []
     try:
-        ok, compiled, bytecode, bytecode_hash = osl.update_internal_script(
+        ok, compiled, bytecode, _hash = osl.update_internal_script(
             lambda _level, message: messages.append(message), node.script
         )
     except OSError as error:
@@ -107,8 +123,10 @@ def _compile(node: bpy.types.ShaderNodeScript) -> None:
                 f"Cycles could not compile the shader of {node.script.name!r}{details}; "
                 "see the console, and report it"
             )
-        node.bytecode = bytecode
-        node.bytecode_hash = bytecode_hash
+        node.bytecode = without_origin(bytecode)
+        node.bytecode_hash = hashlib.md5(
+            node.bytecode.encode(), usedforsecurity=False
+        ).hexdigest()  # as Cycles does: the name under which it keeps a shader
         _tag(node)
         wanted = {osl.shader_param_ensure(node, parameter) for parameter in query.parameters}
     finally:

@@ -18,6 +18,11 @@ from ..fitter.shading.shading import shade
 from ..osl import generate
 from . import known_shadings
 
+# Digits of the weights and picking shares of anisotropic base lobes, counted from the largest of a
+# lobe at a view: 226,000 numbers, most of the room that a material takes in a .blend. Ramps have
+# both signs and nearly cancel, so that with fewer digits the error of a base grows.
+WEIGHT_DIGITS, PICKING_DIGITS = 6, 3
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -85,6 +90,9 @@ def _surface_tables(model: Factors, selection: np.ndarray) -> generate.SurfaceTa
 
 
 def _base_tables(base: BaseLobes) -> generate.BaseTables:
+    weights, picking = base.weights, base.picking
+    if weights.shape[1] > 1:
+        weights, picking = _rounded(weights, WEIGHT_DIGITS), _rounded(picking, PICKING_DIGITS)
     return generate.BaseTables(
         kinds=[closure.kind for closure in base.closures],
         parameters=[closure.parameter for closure in base.closures],
@@ -95,9 +103,17 @@ def _base_tables(base: BaseLobes) -> generate.BaseTables:
         angles=_flat(base.theta_o),
         n_azimuths=base.weights.shape[1],
         # the shader reads a column's three channels as one colour
-        weights=_flat(base.weights.swapaxes(3, 4)),
-        picking=_flat(base.picking),
+        weights=_flat(weights.swapaxes(3, 4)),
+        picking=_flat(picking),
     )
+
+
+def _rounded(table: np.ndarray, digits: int) -> np.ndarray:
+    """A table (rows, azimuths, lobes, ...) with so many digits of a lobe's largest at each view."""
+    largest = np.abs(table).max(axis=tuple(range(3, table.ndim)), keepdims=True)
+    unit = 10.0 ** (digits - 1 - np.floor(np.log10(np.where(largest > 0, largest, 1))))
+    result = np.round(table * unit) / unit
+    return result + 0.0  # no -0
 
 
 def _flat(array: np.ndarray) -> list[float]:

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from pathlib import Path
 
 from . import debian
 from .interruptible import INTERRUPTED
@@ -9,6 +10,7 @@ from .messages import SetupError, say
 from .verbs import VERBS, Verb, usage
 
 FAILED, BAD_USAGE = 1, 2
+NFM = Path(__file__).resolve().parents[1] / "nfm"
 
 
 def main(arguments: list[str]) -> int:
@@ -23,7 +25,10 @@ def main(arguments: list[str]) -> int:
     if name not in VERBS:
         say(f"there is no verb {name!r}; ./nfm --help lists them")
         return BAD_USAGE
+    version = VERBS[name].blender_for(rest)
     try:
+        if version and not os.environ.get("NFM_BLENDER"):
+            os.execv(NFM, [str(NFM), "--blender", version, *arguments])
         python = _prepare(VERBS[name], rest)
         # numpy's linear algebra, on matrices as small as ours: threads that wait for each other
         # take several times longer than one, most of all while Cycles or other tests run.

@@ -27,7 +27,7 @@ PLATFORMS = {
 }
 BUNDLED = "OpenEXR"
 
-LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "nfm-demo", "wheels", "*.zip")
+LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "nfm-demo", "demo.blend", "wheels", "*.zip")
 
 
 def main(arguments: list[str]) -> int:

@@ -8,7 +8,8 @@ class Verb(NamedTuple):
 
     `command` goes to the environment's interpreter, before the caller's arguments. `extras`
     are those of pyproject.toml that are installed only when this verb is used, `option_extras`
-    those that an option of it needs.
+    those that an option of it needs. `option_blender` names the version of Blender that an option
+    is run with where the caller did not choose one.
     """
 
     summary: str
@@ -16,11 +17,20 @@ class Verb(NamedTuple):
     loads_blender: bool = True
     extras: tuple[str, ...] = ()
     option_extras: tuple[tuple[str, str], ...] = ()
+    option_blender: tuple[tuple[str, str], ...] = ()
 
     def extras_for(self, arguments: list[str]) -> tuple[str, ...]:
         """Return the extras that these arguments of the verb call for."""
-        options = {argument.partition("=")[0] for argument in arguments}
-        return (*self.extras, *(extra for option, extra in self.option_extras if option in options))
+        return (*self.extras, *_called_for(self.option_extras, arguments))
+
+    def blender_for(self, arguments: list[str]) -> str | None:
+        """Return the version of Blender that these arguments call for, if any."""
+        return next(iter(_called_for(self.option_blender, arguments)), None)
+
+
+def _called_for(table: tuple[tuple[str, str], ...], arguments: list[str]) -> list[str]:
+    options = {argument.partition("=")[0] for argument in arguments}
+    return [value for option, value in table if option in options]
 
 
 def _module(name: str, *arguments: str) -> tuple[str, ...]:
@@ -29,7 +39,12 @@ def _module(name: str, *arguments: str) -> tuple[str, ...]:
 
 
 VERBS = {
-    "demo": Verb("fit and render a sample material", _module("runner.blender", "demo")),
+    "demo": Verb(
+        "fit and render a sample material",
+        _module("runner.blender", "demo"),
+        # what 4.5 writes both open
+        option_blender=(("--rebuild", "4.5"),),
+    ),
     "fit": Verb(
         "fit a measured file, or a folder of them",
         _module("fitter", "fit"),

@@ -70,6 +70,19 @@ def test_options_bring_their_extras(option):
     assert VERBS["compare"].extras_for(["file"]) == ("report",)
 
 
+@pytest.mark.parametrize("chosen", ["", "5.2"])
+def test_the_demo_file_is_written_by_the_oldest_blender(prepared, monkeypatch, chosen):
+    monkeypatch.setenv("NFM_BLENDER", chosen)
+    runner.main(["demo", "--rebuild", "-o", "x"])
+    path, argv = prepared[0]
+    if chosen:
+        assert path == "/env/python"
+    else:
+        assert path.name == "nfm"
+        assert argv[1:] == ["--blender", "4.5", "demo", "--rebuild", "-o", "x"]
+    assert VERBS["demo"].blender_for([]) is None
+
+
 @pytest.mark.parametrize(
     ("error", "status"),
     [(SetupError("no"), 1), (PermissionError("no"), 1), (KeyboardInterrupt(), 130)],

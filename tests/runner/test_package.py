@@ -59,7 +59,7 @@ def test_blender_builds_it(downloads, extension, tmp_path, capfd):
         names = archive.namelist()
     assert sum(name.startswith("wheels/") for name in names) == len(downloads)
     assert "fitter/formats/utia.py" in names
-    assert not [name for name in names if name.startswith(("tests/", "runner/"))]
+    assert not [name for name in names if name.startswith(("tests/", "runner/", "demo.blend"))]
 
 
 def test_a_zip_for_each_platform(downloads, extension, tmp_path):
