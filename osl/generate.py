@@ -22,9 +22,6 @@ SAMPLINGS = ("native", "smooth", "exact", "reference", "cosine")
 BASE_SAMPLINGS = ("native", "smooth", "exact")
 
 # Candidates per shading point (docs/RESULTS.md, Sampling); native has none.
-# Of the weights of base lobes, which are two in three numbers of a shader and an approximation.
-BASE_DIGITS = 6
-
 DEFAULT_CANDIDATES = {"native": 0, "smooth": 2, "exact": 2, "reference": 4, "cosine": 1}
 
 # Cycles has room for 64 closures: the diffuse one takes 1, a microfacet closure with its Fresnel
@@ -239,7 +236,7 @@ def _base_parameters(base: BaseTables) -> str:
         )
         + f"    float  base_angles[{n_angles}] = {{{_numbers(base.angles)}}},\n"
         + "".join(
-            f"    float  base_{name}[{size}] = {{{_numbers(vars(base)[name], BASE_DIGITS)}}},\n"
+            f"    float  base_{name}[{size}] = {{{_numbers(vars(base)[name])}}},\n"
             for name, size in tables.items()
         )
     )
@@ -260,13 +257,13 @@ def _float(value: float) -> str:
     return text if any(c in text for c in ".e") else f"{text}.0"
 
 
-def _numbers(values: Sequence[float], digits: int = 9) -> str:
+def _numbers(values: Sequence[float]) -> str:
     """Numbers, separated; nine digits are a single-precision number exactly."""
     for value in values:
         if not isfinite(value):
             raise ValueError(f"{value} cannot be written into a shader")
     # all at once: a call for each takes three times as long
-    return ", ".join([f"%.{digits}g"] * len(values)) % tuple(values)
+    return ", ".join(["%.9g"] * len(values)) % tuple(values)
 
 
 def _colors(values: Sequence[float]) -> str:
