@@ -14,9 +14,9 @@ import tempfile
 import time
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 from fitter.errors import NfmError
-from fitter.formats import parameter_file
 from fitter.formats.parameter_file import FittedMaterial
 from fitter.jobs.job import DRAFT, FINAL
 from runner.blender import load_extension
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     shared_data.require_shared()
     addon = f"{load_extension().__name__}.nfm_addon"
     material = import_module(f"{addon}.material")
-    process = import_module(f"{addon}.fitting.process")
+    process, queue = (import_module(f"{addon}.fitting.{name}") for name in ("process", "queue"))
     print(f"{os.getloadavg()[0]:.1f} other processes ran or wanted to in the last minute")
     print(
         f"{'':<24}{'until the draft':>17}{'building':>10}{'wall':>8}{'in all':>9}{'replacing':>11}"
@@ -48,13 +48,13 @@ def run(arguments: argparse.Namespace) -> int:
             path = Path(folder, f"{name}.binary")
             shared_data.write_material(name, path)
             start = time.monotonic()
-            seconds, draft = _fit(process, path, DRAFT)
+            seconds, draft = _fit(process, queue, path, DRAFT)
             before = time.process_time()
             item = material.build(draft)
             building, wall = time.process_time() - before, time.monotonic() - start
             line = f"{name:<24}{seconds:>17.2f}{building:>10.2f}{wall:>8.2f}"
             if not arguments.draft_only:
-                seconds, final = _fit(process, path, FINAL)
+                seconds, final = _fit(process, queue, path, FINAL)
                 before = time.process_time()
                 material.replace_model(item, final)
                 line += f"{seconds:>9.1f}{time.process_time() - before:>11.2f}"
@@ -62,10 +62,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _fit(process: object, path: Path, until: str) -> tuple[float, FittedMaterial]:
+def _fit(
+    process: ModuleType, queue: ModuleType, path: Path, until: str
+) -> tuple[float, FittedMaterial]:
     """CPU seconds of a process until an event, and the material that came with it."""
     before = _seconds_of_children()
-    fit = process.FitProcess(str(path), "standard", draft=True)
+    fit = process.FitProcess(str(path), "standard", draft=True, shading=True)
     found = None
     try:
         while found is None:
@@ -74,7 +76,7 @@ def _fit(process: object, path: Path, until: str) -> tuple[float, FittedMaterial
                 if event.kind == "error":
                     raise NfmError(event.text)
                 if event.kind == until:
-                    found = parameter_file.load(event.text)
+                    found = queue.result_of(event).fitted
     finally:
         fit.close()
     return _seconds_of_children() - before, found

@@ -166,9 +166,9 @@ class FitQueue:
         try:
             if event.kind == DRAFT:
                 job.step = "Draft"
-                job.landing.draft(_result(event))
+                job.landing.draft(result_of(event))
             elif event.kind in (FINAL, KEPT):
-                result = _result(event)
+                result = result_of(event)
                 self._end(job)
                 self.messages.append(("INFO", job.landing.final(result)))
             elif event.kind == "error":
@@ -188,7 +188,8 @@ class FitQueue:
             job.process = None
 
 
-def _result(event: Event) -> FitResult:
+def result_of(event: Event) -> FitResult:
+    """What came with an event; its base lobes are known from then on."""
     path = Path(event.text)
     fitted = parameter_file.load(path)
     if (found := shading_path(path)).exists():
