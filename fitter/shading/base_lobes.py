@@ -41,6 +41,9 @@ LEAST_NORM = 0.1
 # Weight of a lobe's own residual beside that of the sum.
 OWN_SHARE = 0.3
 SWEEPS = 4
+# Numbers of a dictionary that is kept for the next model: 60 MB, of which Blender would hold four.
+# That of a finished anisotropic base has 340.
+MOST_KEPT = 8e6
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ def fit_base_lobes(
     grid = (DRAFT_GRIDS if draft else FIT_GRIDS)[model.kind]
     systems = _systems(model, closures, grid, again=draft)
     weights = _solve_lobes(systems, ~_signed_columns(closures))
-    picking = _picking(systems, closures, weights, grid)
+    picking = _picking(systems, closures, weights)
     return BaseLobes(closures, np.array(grid.theta_o), grid.table(weights), grid.table(picking))
 
 
@@ -252,7 +255,6 @@ def _picking(
     systems: list[_NormalEquations],
     closures: tuple[Closure, ...],
     weights: np.ndarray,
-    grid: ViewGrid,
 ) -> np.ndarray:
     """Picking weights (views, lobes, closures): ramps cover what microfacet closures leave.
 
@@ -265,7 +267,9 @@ def _picking(
         return picking
     microfacet = ~_signed_columns(closures)
     matrices, rights, norms = [], [], []
-    for system, x, densities in zip(systems, weights, _ramp_densities(closures, grid), strict=True):
+    for system, x in zip(systems, weights, strict=True):
+        view = system.view
+        densities = np.stack([closures[i].density(view.wi, view.wo) for i in ramps])
         norm = 1 / np.sqrt((densities**2 * system.weight).sum(1) + 1e-30)
         scaled = densities * norm[:, None]
         weighted = scaled * system.weight
@@ -276,13 +280,6 @@ def _picking(
     problems = PartlyNonnegative(np.array(matrices), np.ones(len(ramps), bool))
     picking[:, :, ramps] = problems.solve(np.array(rights)) * np.array(norms)[:, None]
     return picking
-
-
-@lru_cache(maxsize=4)
-def _ramp_densities(closures: tuple[Closure, ...], grid: ViewGrid) -> list[np.ndarray]:
-    """Densities (ramps, n) of the ramp closures at each view."""
-    views = (view for view, _ in _dictionary(closures, grid))
-    return [np.stack([c.density(v.wi, v.wo) for c in closures if c.signed]) for v in views]
 
 
 def _signed_columns(closures: Sequence[Closure]) -> np.ndarray:
@@ -316,11 +313,19 @@ def _dead_columns(closures: tuple[Closure, ...], facing: bool) -> np.ndarray:
     return np.concatenate(dead)
 
 
-@lru_cache(maxsize=4)
 def _dictionary(
     closures: tuple[Closure, ...], grid: ViewGrid
 ) -> list[tuple[ViewQuadrature, np.ndarray]]:
     """Quadratures and columns at the views; they depend on no material, so edits reuse them."""
+    n_columns = sum(closure.n_columns for closure in closures)
+    is_small = grid.n_points * n_columns <= MOST_KEPT
+    return (_columns if is_small else _columns.__wrapped__)(closures, grid)
+
+
+@lru_cache(maxsize=4)
+def _columns(
+    closures: tuple[Closure, ...], grid: ViewGrid
+) -> list[tuple[ViewQuadrature, np.ndarray]]:
     pairs = []
     for row in grid.rows():
         turning = {c: c.columns(row[0].wi, row[0].wo) for c in closures if c.turns_with_the_view}

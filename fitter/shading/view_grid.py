@@ -26,6 +26,11 @@ class ViewGrid:
     points: tuple[int, int]
     turn: float
 
+    @property
+    def n_points(self) -> int:
+        """Points of all views together, including those below the horizon."""
+        return len(self.theta_o) * self.n_phi * self.points[0] * self.points[1]
+
     def rows(self) -> list[list[ViewQuadrature]]:
         """Quadratures at the views, azimuth by azimuth in each row.
 
