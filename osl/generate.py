@@ -259,9 +259,9 @@ def _float(value: float) -> str:
 
 def _numbers(values: Sequence[float]) -> str:
     """Numbers, separated; nine digits are a single-precision number exactly."""
-    for value in values:
-        if not isfinite(value):
-            raise ValueError(f"{value} cannot be written into a shader")
+    if not all(map(isfinite, values)):
+        bad = next(value for value in values if not isfinite(value))
+        raise ValueError(f"{bad} cannot be written into a shader")
     # all at once: a call for each takes three times as long
     return ", ".join(["%.9g"] * len(values)) % tuple(values)
 

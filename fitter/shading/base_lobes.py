@@ -15,7 +15,7 @@ sum is what an untouched material shows, the single lobes are what an artist sca
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -101,7 +101,7 @@ def fit_base_lobes(
     grid = (DRAFT_GRIDS if draft else FIT_GRIDS)[model.kind]
     systems = _systems(model, closures, grid, again=draft)
     weights = _solve_lobes(systems, ~_signed_columns(closures))
-    picking = _picking(systems, closures, weights)
+    picking = _picking(systems, closures, weights, grid)
     return BaseLobes(closures, np.array(grid.theta_o), grid.table(weights), grid.table(picking))
 
 
@@ -133,7 +133,7 @@ def _systems(
     model: Factors, closures: tuple[Closure, ...], grid: ViewGrid, *, again: bool = False
 ) -> list[_NormalEquations]:
     """The systems of all views. Soon `again` with such a model: then what they share is kept."""
-    views = _dictionary(closures, grid)
+    views = _kept(_dictionary, closures, grid)
     if again:
         values = map(model.lobe_values_through, _view_taps(type(model), grid))
     else:
@@ -255,6 +255,7 @@ def _picking(
     systems: list[_NormalEquations],
     closures: tuple[Closure, ...],
     weights: np.ndarray,
+    grid: ViewGrid,
 ) -> np.ndarray:
     """Picking weights (views, lobes, closures): ramps cover what microfacet closures leave.
 
@@ -267,9 +268,8 @@ def _picking(
         return picking
     microfacet = ~_signed_columns(closures)
     matrices, rights, norms = [], [], []
-    for system, x in zip(systems, weights, strict=True):
-        view = system.view
-        densities = np.stack([closures[i].density(view.wi, view.wo) for i in ramps])
+    views = _kept(_ramp_densities, closures, grid)
+    for system, x, densities in zip(systems, weights, views, strict=True):
         norm = 1 / np.sqrt((densities**2 * system.weight).sum(1) + 1e-30)
         scaled = densities * norm[:, None]
         weighted = scaled * system.weight
@@ -313,19 +313,18 @@ def _dead_columns(closures: tuple[Closure, ...], facing: bool) -> np.ndarray:
     return np.concatenate(dead)
 
 
-def _dictionary(
-    closures: tuple[Closure, ...], grid: ViewGrid
-) -> list[tuple[ViewQuadrature, np.ndarray]]:
-    """Quadratures and columns at the views; they depend on no material, so edits reuse them."""
+def _kept(function: Callable, closures: tuple[Closure, ...], grid: ViewGrid) -> list:
+    """What a function has for the views. It depends on no material: edits use it again."""
     n_columns = sum(closure.n_columns for closure in closures)
     is_small = grid.n_points * n_columns <= MOST_KEPT
-    return (_columns if is_small else _columns.__wrapped__)(closures, grid)
+    return (function if is_small else function.__wrapped__)(closures, grid)
 
 
 @lru_cache(maxsize=4)
-def _columns(
+def _dictionary(
     closures: tuple[Closure, ...], grid: ViewGrid
 ) -> list[tuple[ViewQuadrature, np.ndarray]]:
+    """Quadratures and columns at the views."""
     pairs = []
     for row in grid.rows():
         turning = {c: c.columns(row[0].wi, row[0].wo) for c in closures if c.turns_with_the_view}
@@ -335,3 +334,14 @@ def _columns(
             ]
             pairs.append((view, np.concatenate(columns)))
     return pairs
+
+
+@lru_cache(maxsize=4)
+def _ramp_densities(closures: tuple[Closure, ...], grid: ViewGrid) -> list[np.ndarray]:
+    """Densities (ramps, n) of the ramp closures at each view."""
+    ramps = [closure for closure in closures if closure.signed]
+    return [
+        np.stack([ramp.density(view.wi, view.wo) for ramp in ramps])
+        for row in grid.rows()
+        for view in row
+    ]

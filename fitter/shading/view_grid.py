@@ -77,7 +77,7 @@ FIT_GRIDS = {
 # While a person drags a slider.
 DRAFT_GRIDS = {
     "isotropic": FIT_GRIDS["isotropic"],
-    "anisotropic": ViewGrid(_radians(0.5, 15, 30, 45, 60, 75, 85), 12, (32, 48), 2 * np.pi),
+    "anisotropic": ViewGrid(_radians(0.5, 15, 30, 45, 60, 75, 85), 8, (32, 48), 2 * np.pi),
 }
 
 # Selection looks at fewer views and fewer directions; it only ranks closures.
