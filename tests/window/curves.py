@@ -17,7 +17,7 @@ from driver import Window, run
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 ADDON = "bl_ext.user_default.nfm.nfm_addon"
 CURVE = "Lobe 1 D"
-HANDLE = 5
+HIGH = 0.85  # a handle below this is in the highlight, where most of the light is
 # Where a curve is within its node, from its left and its top, as shares of its size.
 LEFT, RIGHT, TOP, BOTTOM = 0.044, 0.969, 0.216, 0.865
 
@@ -114,7 +114,7 @@ def place_of(region, handle):
 def drag_a_handle(window, region):
     """Down and to the right; what is seen follows before the button is released."""
     before, shader, shape = handles(), group().nfm.applied, roughness()
-    x, y = place_of(region, before[HANDLE])
+    x, y = place_of(region, next(handle for handle in before if handle[1] < HIGH))
     window.move(x, y)
     yield 0.2
     window.event("LEFTMOUSE")
