@@ -172,7 +172,7 @@ def _save(
     parameter_file.save(path, material)
     if request.shading:
         emit(Event("step", "Base lobes", progress[0]))
-        shading.save(shading_path(path), shading.shade(material.model))
+        shading.save(shading_path(path), shading.shade(material.model, draft=kind == DRAFT))
     emit(Event(kind, str(path), progress[1]))
 
 

@@ -22,9 +22,9 @@ class Shading:
     error: BaseError
 
 
-def shade(model: Factors) -> Shading:
-    """Fit the base lobes of a model and compare."""
-    base = fit_base_lobes(model)
+def shade(model: Factors, *, draft: bool = False) -> Shading:
+    """Fit the base lobes of a model, as a draft or as they should be, and compare."""
+    base = fit_base_lobes(model, draft=draft)
     return Shading(base, base_error(model, base))
 
 

@@ -5,7 +5,7 @@ import pytest
 from fitter.shading.base_error import base_error
 from fitter.shading.base_lobes import fit_base_lobes
 from fitter.shading.shading import load, save, shade
-from tests.models import MODELS
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 @pytest.fixture(scope="module")
@@ -27,3 +27,10 @@ def test_a_file_gives_back_every_bit(shading, tmp_path):
     assert again.error == shading.error
     for name in ("theta_o", "weights", "picking"):
         np.testing.assert_array_equal(getattr(again.base, name), getattr(shading.base, name))
+
+
+def test_a_draft_has_fewer_views_of_an_anisotropic_model():
+    model = ANISOTROPIC_MODELS["satin"]
+    draft = shade(model, draft=True)
+    assert draft.base.weights.shape[:2] == (7, 8)
+    assert 0 < draft.error.image < 0.05
