@@ -121,8 +121,7 @@ def test_the_shipped_file_has_no_path_of_a_machine(blender):
 def are_alike(one, other):
     """Whether pictures are the same but for a few pixels.
 
-    Once in some forty renders a pixel of this scene differed between two runs with one seed; those
-    of single materials have not been seen to.
+    Two runs with one seed have been seen to differ somewhere, once and for a reason not found.
     """
     return np.isclose(one, other, rtol=1e-4, atol=1e-6).all(-1).mean() > 0.98
 
