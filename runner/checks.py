@@ -1,5 +1,8 @@
 """./nfm test: ruff, then pytest once per Blender version, both versions at the same time.
 
+Tests with the mark one_version take long and are about numpy alone: whole fits. The second lane
+leaves them to the first. A lane that runs alone, as ./nfm --blender 4.5 test does, runs them all.
+
 With --coverage, one version alone, and a table of the share of lines that the tests reach.
 
 The lanes share nothing: each has its interpreter, its environment and its pytest cache. What the
@@ -21,6 +24,7 @@ BLENDER = {"3.13": "5.2", "3.11": "4.5"}
 
 NO_TESTS_COLLECTED = 5  # pytest's exit status
 COVERAGE = "--coverage"
+LEFT_TO_THE_FIRST = ["-m", "not one_version"]
 
 
 def main(arguments: list[str]) -> int:
@@ -80,7 +84,9 @@ def _start_second_lane(
     if subprocess.run([*nfm, "--which"], capture_output=True).returncode != 0:
         say(f"no Python {version} here: the tests on Blender {BLENDER[version]} are skipped")
         return None
-    tests = ["python", "-P", "-m", "pytest", *_cache(version), *arguments]
+    # before the arguments, of which a -m of the caller's wins
+    options = [*_cache(version), *LEFT_TO_THE_FIRST]
+    tests = ["python", "-P", "-m", "pytest", *options, *arguments]
     return _started([*nfm, *tests], output)
 
 

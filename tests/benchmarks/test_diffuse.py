@@ -9,6 +9,9 @@ from fitter.fitting import weights
 from fitter.fitting.appearance import AppearanceError
 from fitter.fitting.problem import Problem
 
+# nothing in Blender uses the experiments
+pytestmark = pytest.mark.one_version
+
 
 def test_falloff_is_that_of_ashikhmin_and_shirley():
     cosine = np.array([1.0, 0.5, 0.0])

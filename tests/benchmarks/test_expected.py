@@ -70,7 +70,10 @@ def test_density_of_a_lamp_is_that_of_its_draws(source, rng):
 
 
 @pytest.mark.parametrize("name", ["map", "lamp", "area", "zero"])
-def test_cycles_shows_a_lambert_sphere_as_bright(name, extension, addon, tmp_path, rng):
+def test_cycles_shows_a_lambert_sphere_as_bright(
+    name, extension, addon, coarse_sphere, tmp_path, rng
+):
+    coarse_sphere(256)
     light = lights.LIGHTS.get(name)
     if light is None:
         path = tmp_path / "map.exr"

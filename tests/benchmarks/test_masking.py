@@ -10,6 +10,9 @@ from benchmarks import masking, planted
 from fitter.fitting.problem import Problem
 from fitter.grading.metrics import tabulate
 
+# nothing in Blender uses the experiments
+pytestmark = pytest.mark.one_version
+
 
 @pytest.fixture(scope="module")
 def model():

@@ -25,7 +25,7 @@ def colourful(tmp_path_factory, extension):
     return path
 
 
-def test_same_picture_as_cycles(addon, blender, colourful, tmp_path):
+def test_same_picture_as_cycles(addon, blender, coarse_sphere, colourful, tmp_path):
     pytest.importorskip("mitsuba")
     diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 1.0}}
     theirs = mitsuba_sphere.render(diffuse, colourful, SIZE, 256, 0)
@@ -35,7 +35,7 @@ def test_same_picture_as_cycles(addon, blender, colourful, tmp_path):
     shader.inputs["Color"].default_value = (1, 1, 1, 1)
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(shader.outputs[0], output.inputs[0])
-    sphere = addon("standard_sphere")
+    sphere = coarse_sphere(256)
     view = sphere.SphereView(resolution=SIZE, samples=64, environment=colourful)
     scene = sphere.build_scene(material, view)
     addon("rendering").render_to_file(scene, tmp_path / "picture.exr")

@@ -95,13 +95,11 @@ def undo_steps(addon, blender, monkeypatch):
 
 
 @pytest.fixture
-def sphere_scene(addon, monkeypatch):
-    """The standard sphere, small and coarse: most of its time is the mesh."""
+def sphere_scene(coarse_sphere):
+    """The standard sphere, small and coarse."""
 
     def build(material, resolution=24, samples=4):
-        module = addon("standard_sphere")
-        monkeypatch.setattr(module, "SEGMENTS", 64)
-        monkeypatch.setattr(module, "RINGS", 32)
+        module = coarse_sphere(64)
         return module.build_scene(
             material, module.SphereView(resolution=resolution, samples=samples)
         )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fitter.formats.parameter_file import FittedMaterial
-from fitter.shading.shading import shade
+from tests.bases import shading_of
 from tests.models import ANISOTROPIC_MODELS, MODELS
 
 MODEL = ANISOTROPIC_MODELS["brushed"]
@@ -44,7 +44,7 @@ def test_the_base_is_found_beside_the_interface(background, addon):
     assert not background.is_over(MODEL)
     assert known.find(MODEL) is None
     wait(background, MODEL)
-    found, expected = known.find(MODEL), shade(MODEL)
+    found, expected = known.find(MODEL), shading_of("brushed")
     assert vars(found.error) == vars(expected.error)
     np.testing.assert_array_equal(found.base.weights, expected.base.weights)
 
@@ -87,7 +87,9 @@ def test_an_edited_material_is_finished_by_it(background, addon, blender, monkey
     monkeypatch.setattr(background, "is_over", lambda model: asked.append(model) or len(asked) > 2)
     shade_here = []
     source = addon("shader_source")
-    monkeypatch.setattr(source, "shade", lambda model: shade_here.append(model) or shade(MODEL))
+    monkeypatch.setattr(
+        source, "shade", lambda model: shade_here.append(model) or shading_of("brushed")
+    )
     material.nfm.edit.lobe_1.haze = 0.3
     assert live._tick() == live.REST  # the draft
     assert editing.is_drafted(material)

@@ -20,10 +20,8 @@ def command(addon):
 
 
 @pytest.fixture
-def small_sphere(addon, monkeypatch):
-    module = addon("standard_sphere")
-    monkeypatch.setattr(module, "SEGMENTS", 64)
-    monkeypatch.setattr(module, "RINGS", 32)
+def small_sphere(coarse_sphere):
+    coarse_sphere(64)
 
 
 @pytest.fixture

@@ -22,6 +22,12 @@ def stage(blender, addon):
 
 
 @pytest.fixture
+def sphere(coarse_sphere):
+    """The standard sphere, coarser than a picture for people but smooth enough for its figures."""
+    return coarse_sphere(256)
+
+
+@pytest.fixture
 def script_material(blender, addon):
     """Material of OSL source with an output BSDF; attributes: those of the mesh, by socket."""
 

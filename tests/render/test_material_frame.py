@@ -33,9 +33,8 @@ def light(addon, tmp_path):
 
 
 @pytest.fixture
-def picture(addon, new_material, render, light):
+def picture(addon, sphere, new_material, render, light):
     """Sphere of a model; inputs of its node by name, and what to do to its mesh."""
-    sphere = addon("standard_sphere")
 
     def show(
         model,

@@ -24,18 +24,18 @@ ALL_MODELS = MODELS | ANISOTROPIC_MODELS
 
 
 @pytest.mark.parametrize("name", ["plastic", "metal", "velvet", "brushed", "pile"])
-def test_equals_the_numpy_reference(name, addon, new_material, render, tmp_path):
-    sphere, images = addon("standard_sphere"), addon("images")
+def test_equals_the_numpy_reference(name, addon, sphere, new_material, render, tmp_path):
+    images = addon("images")
     light = addon("demo_light").studio()
     environment = tmp_path / "light.exr"
     images.write_linear(environment, light)
-    view = sphere.SphereView(resolution=RESOLUTION, samples=96, environment=environment)
+    view = sphere.SphereView(resolution=RESOLUTION, samples=48, environment=environment)
     scene = sphere.build_scene(new_material(ALL_MODELS[name]), view)
-    runs = 8  # each costs the time to compile the shader again
+    runs = 8
     cycles = render_seeds(render, scene, range(runs))
     rng = np.random.default_rng(0)
     exact = [
-        reference.render(ALL_MODELS[name], light, RESOLUTION, samples=36, rng=rng)
+        reference.render(ALL_MODELS[name], light, RESOLUTION, samples=108, rng=rng)
         for _ in range(runs)
     ]
     mean, error = mean_and_error(cycles)
@@ -48,9 +48,8 @@ def test_equals_the_numpy_reference(name, addon, new_material, render, tmp_path)
     assert abs(z.mean()) < 0.35
 
 
-def test_point_sampling_sees_pixel_centres(blender, addon, new_material, render):
+def test_point_sampling_sees_pixel_centres(sphere, new_material, render):
     """With rays through the centres, samples only average the light; the silhouette is sharp."""
-    sphere = addon("standard_sphere")
     material = new_material(MODELS["matte"])
     view = sphere.SphereView(resolution=32, samples=16, point_sampled=True)
     pixels = render(sphere.build_scene(material, view))
@@ -60,8 +59,7 @@ def test_point_sampling_sees_pixel_centres(blender, addon, new_material, render)
     assert (pixels[radius < 0.99] < 0.999).all()
 
 
-def test_seed_decides_the_noise(addon, new_material, render):
-    sphere = addon("standard_sphere")
+def test_seed_decides_the_noise(sphere, new_material, render):
     material = new_material(MODELS["plastic"])
 
     def picture(seed):
@@ -74,9 +72,9 @@ def test_seed_decides_the_noise(addon, new_material, render):
     assert (first != picture(4)).any()
 
 
-def test_reference_sampling_beats_cosine_sampling(addon, new_material, render, tmp_path):
+def test_reference_sampling_beats_cosine_sampling(addon, sphere, new_material, render, tmp_path):
     """A small version of ./nfm bench sampling."""
-    sphere, images = addon("standard_sphere"), addon("images")
+    images = addon("images")
     environment = tmp_path / "light.exr"
     images.write_linear(environment, addon("demo_light").studio())
 

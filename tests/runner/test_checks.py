@@ -68,10 +68,18 @@ def test_arguments_go_to_both_lanes_without_ruff(lanes):
     assert all(command[-2:] == ["-k", "foo"] for command in lanes.commands.values())
 
 
-def test_chosen_blender_is_the_only_lane(lanes, monkeypatch):
+def test_the_second_lane_leaves_whole_fits_to_the_first(lanes):
+    """Its -m comes before the caller's, of which pytest takes the last."""
+    checks.main(["-m", "osl"])
+    assert lanes.commands["second"][-4:] == ["-m", "not one_version", "-m", "osl"]
+    assert "not one_version" not in lanes.commands["first"]
+
+
+def test_chosen_blender_is_the_only_lane_and_runs_everything(lanes, monkeypatch):
     monkeypatch.setenv("NFM_BLENDER", "5.2")
     checks.main(["-k", "foo"])
     assert lanes.ran == ["first"]
+    assert "not one_version" not in lanes.commands["first"]
 
 
 def test_missing_python_skips_the_second_lane_and_says_so(lanes, capsys):

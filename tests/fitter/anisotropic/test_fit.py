@@ -30,6 +30,7 @@ def steps(measurement):
     return list(anisotropic_fit.fit_steps(measurement, quality="draft"))
 
 
+@pytest.mark.one_version
 def test_a_planted_model_is_recovered():
     truth = ANISOTROPIC_MODELS["brushed"]
     measurement = measurement_of(truth)

@@ -8,6 +8,9 @@ from fitter.baselines.bivariate import Bivariate
 from fitter.fitting.weights import sample_weights
 from fitter.grading import metrics
 
+# nothing in Blender uses the models of others
+pytestmark = pytest.mark.one_version
+
 
 @pytest.fixture(scope="module")
 def smooth():

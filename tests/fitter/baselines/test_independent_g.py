@@ -11,6 +11,9 @@ from fitter.fitting.problem import Problem
 from fitter.fitting.quality import QUALITIES, Quality
 from fitter.grading import metrics
 
+# nothing in Blender uses the models of others
+pytestmark = pytest.mark.one_version
+
 DIAGONAL = np.eye(3, dtype=bool)
 
 

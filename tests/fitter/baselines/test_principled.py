@@ -10,6 +10,9 @@ from fitter.baselines.principled import Principled
 from fitter.geometry import half_angles
 from fitter.grading import metrics
 
+# nothing in Blender uses the models of others
+pytestmark = pytest.mark.one_version
+
 PLASTIC = Principled(np.array([0.1, 0.05, 0.01]), np.array([0.04, 0.05, 0.06]), np.ones(3), 0.12)
 METAL = Principled(np.zeros(3), np.array([0.9, 0.6, 0.4]), np.array([0.9, 0.8, 0.7]), 0.03)
 

@@ -58,6 +58,7 @@ def lamps():
     return image
 
 
+@pytest.mark.one_version
 @pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
 def test_objective_never_rises_within_a_stage(request, fixture):
     found = stages(request.getfixturevalue(fixture))
@@ -76,6 +77,7 @@ def test_objective_never_rises_within_a_stage(request, fixture):
     assert found["refine"][-1] < 0.9 * best
 
 
+@pytest.mark.one_version
 def test_without_the_prior_no_step_at_all_raises_the_objective(two_lobes, monkeypatch):
     work = replace(
         quality.QUALITIES["draft"], starts=2, sweeps=5, explore_steps=3, refine_steps=16,
@@ -91,6 +93,7 @@ def test_without_the_prior_no_step_at_all_raises_the_objective(two_lobes, monkey
             assert after <= before * (1 + 1e-12), stage
 
 
+@pytest.mark.one_version
 def test_prior_makes_factors_readable(two_lobes, two_lobe_steps):
     figures = readability.readability(two_lobe_steps[-1].model)
     assert figures.fresnel_fall < 0.02
@@ -102,6 +105,7 @@ def test_prior_makes_factors_readable(two_lobes, two_lobe_steps):
     assert without.turns > 2 * figures.turns
 
 
+@pytest.mark.one_version
 def test_order_of_a_planted_model_is_recovered(planted_steps):
     figures = readability.readability(planted_steps[-1].model)
     assert figures.fresnel_fall < 1e-3
@@ -135,6 +139,7 @@ def test_every_quality_ends_where_it_says(two_lobes, name, monkeypatch):
     }
 
 
+@pytest.mark.one_version
 def test_objective_is_that_of_the_model(two_lobes, two_lobe_steps):
     problem = Problem(two_lobes, n_angles=quality.QUALITIES["standard"].polish_angles)
     last = two_lobe_steps[-1]
@@ -156,6 +161,7 @@ def test_objective_is_that_of_the_model(two_lobes, two_lobe_steps):
     assert (result.iterations, result.weight) == (7, "display-gamma")
 
 
+@pytest.mark.one_version
 @pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
 def test_progress_runs_from_0_to_1(request, fixture):
     progress = [step.progress for step in request.getfixturevalue(fixture)]
@@ -164,6 +170,7 @@ def test_progress_runs_from_0_to_1(request, fixture):
     assert (np.diff(progress) >= 0).all()
 
 
+@pytest.mark.one_version
 def test_every_step_is_in_the_gauge(two_lobe_steps):
     for step in two_lobe_steps:
         model = step.model
@@ -174,6 +181,7 @@ def test_every_step_is_in_the_gauge(two_lobe_steps):
             np.testing.assert_allclose(getattr(model, name).max(1), 1, rtol=1e-14)
 
 
+@pytest.mark.one_version
 def test_lobes_of_the_result_run_from_narrow_to_wide(two_lobe_steps):
     result = fit.result_of(two_lobe_steps[-1], 1, "display-gamma")
     centres = geometry.theta_h_centres()
@@ -182,6 +190,7 @@ def test_lobes_of_the_result_run_from_narrow_to_wide(two_lobe_steps):
     assert (np.diff(width) > 0).all()
 
 
+@pytest.mark.one_version
 def test_two_lobes_are_fitted(two_lobes, two_lobe_steps):
     result = fit.result_of(two_lobe_steps[-1], 1, "display-gamma")
     assert result.objective < 2e-4
@@ -189,6 +198,7 @@ def test_two_lobes_are_fitted(two_lobes, two_lobe_steps):
     assert metrics.mean_log_error(table, two_lobes) < 0.02
 
 
+@pytest.mark.one_version
 @pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
 def test_masking_of_the_model_is_that_of_the_fit(request, fixture):
     """The model clamps the curve at 0, the fit does not: it must nowhere make a difference."""
@@ -199,6 +209,7 @@ def test_masking_of_the_model_is_that_of_the_fit(request, fixture):
     np.testing.assert_allclose(model.evaluate_masking(theta), curve, atol=1e-15)
 
 
+@pytest.mark.one_version
 @pytest.mark.parametrize("fixture", ["two_lobe_steps", "planted_steps"])
 def test_no_value_is_far_above_the_data(request, fixture):
     model = request.getfixturevalue(fixture)[-1].model
@@ -232,11 +243,13 @@ def test_energy_is_limited_at_the_end(short_fit, make_measurement, planted):
     assert steps[-1].error > steps[-2].error
 
 
+@pytest.mark.one_version
 def test_planted_model_is_recovered(planted_measurement, planted_steps):
     table = metrics.tabulate(planted_steps[-1].model)
     assert table_psnr(table, planted_measurement) >= 80
 
 
+@pytest.mark.one_version
 def test_planted_model_looks_the_same(planted_measurement, planted_steps):
     table = metrics.tabulate(planted_steps[-1].model)
     scene = sphere.SphereScene([lamps()])

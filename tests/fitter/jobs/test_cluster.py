@@ -66,6 +66,7 @@ def jobs(tmp_path):
     return batch.jobs_of(database, fits)
 
 
+@pytest.mark.one_version
 def test_worker_that_is_killed_half_way(jobs, tmp_path):
     """Nothing is lost, nothing fitted twice, and a failure of one file is no failure of others."""
     pytest.importorskip("distributed")
