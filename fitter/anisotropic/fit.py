@@ -10,12 +10,11 @@ would reflect more light than there is, its G is lowered (`anisotropic_albedo`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import islice
 
 from ..anisotropic_measurement import AnisotropicMeasurement
 from ..fitting import joint, prior
 from ..fitting.fit import Explored, FitStep, best_of_starts, until_converged
-from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY, Work
+from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY
 from ..fitting.weights import DEFAULT_WEIGHT
 from ..models.anisotropic_model import AnisotropicModel
 from .albedo import within_energy
@@ -34,18 +33,17 @@ def fit_steps(
 ) -> Iterator[FitStep]:
     """Yield the state after every step; arguments as for fit.fit_steps."""
     work = ANISOTROPIC_QUALITIES[quality]
-    steps_each = work.sweeps + work.explore_steps
-    total = work.starts * steps_each + work.refine_steps
+    total = work.all_explore_steps + work.refine_steps
     problem = AnisotropicProblem(measurement, weight=weight)
 
     def explore(start: Callable[[AnisotropicProblem], AnisotropicModel]) -> Explored:
-        return _explore(problem, start(problem), work, prior_strength)
+        return _explore(problem, start(problem), work.sweeps, prior_strength)
 
-    model = yield from best_of_starts(STARTS[: work.starts], explore, steps_each, total)
+    model = yield from best_of_starts(STARTS, explore, work, total)
     steps = _joint_steps(problem, model, prior_strength)
     for i, (refined, objective) in enumerate(until_converged(steps, work.refine_steps)):
         model = refined
-        progress = (work.starts * steps_each + i + 1) / total
+        progress = (work.all_explore_steps + i + 1) / total
         yield FitStep("refine", objective, model, progress, prior_strength)
 
     limited = within_energy(model)
@@ -55,12 +53,12 @@ def fit_steps(
 
 
 def _explore(
-    problem: AnisotropicProblem, model: AnisotropicModel, work: Work, strength: float
+    problem: AnisotropicProblem, model: AnisotropicModel, sweeps: int, strength: float
 ) -> Explored:
-    for i in range(work.sweeps):
+    for i in range(sweeps):
         model = sweep(problem, model, hold_lobes=i == 0)
         yield "sweep", model, joint.objective_of(problem, model, strength), strength
-    for stepped, objective in islice(_joint_steps(problem, model, strength), work.explore_steps):
+    for stepped, objective in _joint_steps(problem, model, strength):
         yield "explore", stepped, objective, strength
 
 
