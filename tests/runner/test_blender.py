@@ -119,7 +119,8 @@ def test_given_checkout_empty_scene_and_oslquery(checkout):
 def test_fixtures_of_conftest(checkout):
     tests = checkout / "tests"
     tests.mkdir()
-    shutil.copy(CHECKOUT / "tests" / "conftest.py", tests)
+    for name in ("conftest.py", "bases.py", "models.py"):
+        shutil.copy(CHECKOUT / "tests" / name, tests)
     # what the fixtures look into; the stub add-on stays the one that registers
     for part in ("fitter", "osl"):
         shutil.copytree(CHECKOUT / part, checkout / part)
