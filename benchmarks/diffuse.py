@@ -27,31 +27,25 @@ from fitter.geometry import HALF_PI, merl_bins
 from fitter.grading.metrics import tabulate
 from fitter.measurement import Measurement
 from fitter.models.model import FactorModel
-from fitter.pictures.sphere import SphereScene, rendered_psnr
 
-from . import shared_data
-from .fit import environment_maps
-from .noise import MATERIALS
+from . import experiment
 
 WEIGHT = f"ashikhmin {weights.DEFAULT_WEIGHT}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ./nfm bench diffuse."""
-    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--materials", metavar="A,B", default=",".join(experiment.MATERIALS))
     parser.add_argument("--quality", choices=list(QUALITIES), default=DEFAULT_QUALITY)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Fit both, grade and print."""
-    shared_data.require_shared()
+    materials = experiment.materials(arguments.materials.split(","))
     weights.WEIGHTS[WEIGHT] = weight
-    scene = SphereScene(environment_maps())
     gains = []
     print(f"{'material':<28}{'Lambert':>9}{'Ashikhmin':>11}{'gain dB':>9}{'E ratio':>9}")
-    for name in arguments.materials.split(","):
-        measurement = shared_data.read_material(name)
-        reference = scene.render(measurement.f_r)
+    for name, measurement, psnr_of in materials:
         lambert = fit.fit(measurement, quality=arguments.quality)
         ashikhmin = fit.fit(
             divided(measurement),
@@ -60,10 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
             make_problem=ashikhmin_problem,
             make_appearance=ashikhmin_appearance,
         )
-        psnr = [
-            float(rendered_psnr(scene.render(table), reference).mean())
-            for table in (tabulate(lambert.model), ashikhmin_table(ashikhmin.model))
-        ]
+        psnr = [psnr_of(tabulate(lambert.model)), psnr_of(ashikhmin_table(ashikhmin.model))]
         gains.append(psnr[1] - psnr[0])
         print(
             f"{name:<28}{psnr[0]:9.2f}{psnr[1]:11.2f}{gains[-1]:9.2f}"

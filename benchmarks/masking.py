@@ -36,11 +36,8 @@ from fitter.geometry import HALF_PI, merl_bins
 from fitter.grading.metrics import tabulate
 from fitter.models.model import FactorModel
 from fitter.nnls import solve_nonnegative
-from fitter.pictures.sphere import SphereScene, rendered_psnr
 
-from . import shared_data
-from .fit import environment_maps
-from .noise import MATERIALS
+from . import experiment, shared_data
 
 N_ANGLES = 180  # angle bins of samples and pictures
 N_TABLE = 30  # bins of theta in the tables: 3 degrees
@@ -53,19 +50,16 @@ LAMBDA_RANGE = (1e-4, 99.0)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ./nfm bench masking."""
-    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--materials", metavar="A,B", default=",".join(experiment.MATERIALS))
     parser.add_argument("--fits", type=Path, metavar="DIR", help="keeps fits, and uses them")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Grade the three forms and print."""
-    shared_data.require_shared()
-    scene = SphereScene(environment_maps())
+    materials = experiment.materials(arguments.materials.split(","))
     gains = []
     print(f"{'material':<28}{'product':>9}{'correlated':>12}{'tables':>9}{'E ratios':>15}")
-    for name in arguments.materials.split(","):
-        measurement = shared_data.read_material(name)
-        reference = scene.render(measurement.f_r)
+    for name, measurement, psnr_of in materials:
         model = shared_data.fitted_material(name, arguments.fits).model
         problem = Problem(measurement, phi_group=5, n_angles=N_ANGLES)
         start = problem.objective_of(model)
@@ -74,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
             better, objective = improved(problem, model, form)
             tables.append(table_of(better, form.pairs()))
             ratios.append(objective / start)
-        psnr = [float(rendered_psnr(scene.render(t), reference).mean()) for t in tables]
+        psnr = [psnr_of(table) for table in tables]
         gains.append([value - psnr[0] for value in psnr[1:]])
         print(
             f"{name:<28}{psnr[0]:9.2f}{psnr[1]:12.2f}{psnr[2]:9.2f}"

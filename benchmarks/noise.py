@@ -18,31 +18,15 @@ from fitter.fitting import fit
 from fitter.fitting.quality import DEFAULT_QUALITY, QUALITIES
 from fitter.grading.metrics import tabulate
 from fitter.measurement import Measurement
-from fitter.pictures.sphere import SphereScene, rendered_psnr
 
-from . import shared_data
-from .fit import environment_maps
+from . import experiment
 
-MATERIALS = (
-    "aluminium",
-    "black-obsidian",
-    "blue-metallic-paint",
-    "blue-rubber",
-    "colonial-maple-223",
-    "green-latex",
-    "nylon",
-    "polyurethane-foam",
-    "red-plastic",
-    "specular-blue-phenolic",
-    "violet-acrylic",
-    "white-fabric",
-)
 TARGET = 1.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ./nfm bench noise."""
-    parser.add_argument("--materials", metavar="A,B", default=",".join(MATERIALS))
+    parser.add_argument("--materials", metavar="A,B", default=",".join(experiment.MATERIALS))
     parser.add_argument("--noise", type=float, default=0.05, metavar="SIGMA")
     parser.add_argument("--missing", type=float, default=0.02, metavar="SHARE")
     parser.add_argument("--quality", choices=list(QUALITIES), default=DEFAULT_QUALITY)
@@ -50,18 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fit, grade and print; returns 1 if a material loses more than the target."""
-    shared_data.require_shared()
-    scene = SphereScene(environment_maps())
+    materials = experiment.materials(arguments.materials.split(","))
     losses = []
     print(f"{'material':<28}{'clean':>8}{'noisy':>8}{'loss dB':>9}")
-    for name in arguments.materials.split(","):
-        clean = shared_data.read_material(name)
+    for name, clean, psnr_of in materials:
         noisy = with_noise(clean, arguments.noise, arguments.missing, np.random.default_rng(0))
-        reference = scene.render(clean.f_r)
-        psnr = []
-        for measurement in (clean, noisy):
-            model = fit.fit(measurement, quality=arguments.quality).model
-            psnr.append(float(rendered_psnr(scene.render(tabulate(model)), reference).mean()))
+        fits = [fit.fit(measured, quality=arguments.quality) for measured in (clean, noisy)]
+        psnr = [psnr_of(tabulate(found.model)) for found in fits]
         losses.append(psnr[0] - psnr[1])
         print(f"{name:<28}{psnr[0]:8.2f}{psnr[1]:8.2f}{losses[-1]:9.2f}", flush=True)
     print(f"loss: mean {statistics.mean(losses):.2f} dB, largest {max(losses):.2f} dB")
