@@ -4,7 +4,8 @@
 As `fit`, in two stages, both on all samples: every start gets some sweeps of alternating weighted
 least squares and a few joint steps, and the best of them continues with joint steps. Sweeps never
 raise E, joint steps never raise what they minimise: E e^disorder, see `prior`. Where the result
-would reflect more light than there is, its G is lowered (`anisotropic_albedo`).
+would reflect more light than there is, its G is lowered (`albedo`). The first joint steps of a draft
+see half of the azimuths (`coarse`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY, Work
 from ..fitting.weights import DEFAULT_WEIGHT
 from ..models.anisotropic_model import AnisotropicModel
 from .albedo import within_energy
+from .coarse import STEP, CoarseModel
 from .joint import normal_equations
 from .problem import AnisotropicProblem
 from .starts import STARTS
@@ -37,9 +39,10 @@ def fit_steps(
     steps_each = work.sweeps + work.explore_steps
     total = work.starts * steps_each + work.refine_steps
     problem = AnisotropicProblem(measurement, weight=weight)
+    coarse = AnisotropicProblem(measurement, weight=weight, step=STEP) if work.coarse else None
 
     def explore(start: Callable[[AnisotropicProblem], AnisotropicModel]) -> Explored:
-        return _explore(problem, start(problem), work, prior_strength)
+        return _explore(problem, coarse, start(problem), work, prior_strength)
 
     model = yield from best_of_starts(STARTS[: work.starts], explore, steps_each, total)
     steps = _joint_steps(problem, model, prior_strength)
@@ -55,13 +58,22 @@ def fit_steps(
 
 
 def _explore(
-    problem: AnisotropicProblem, model: AnisotropicModel, work: Work, strength: float
+    problem: AnisotropicProblem,
+    coarse: AnisotropicProblem | None,
+    model: AnisotropicModel,
+    work: Work,
+    strength: float,
 ) -> Explored:
     for i in range(work.sweeps):
         model = sweep(problem, model, hold_lobes=i == 0)
         yield "sweep", model, joint.objective_of(problem, model, strength), strength
-    for stepped, objective in islice(_joint_steps(problem, model, strength), work.explore_steps):
-        yield "explore", stepped, objective, strength
+    if coarse:
+        steps = _joint_steps(coarse, CoarseModel.of(model), strength)
+    else:
+        steps = _joint_steps(problem, model, strength)
+    for stepped, objective in islice(steps, work.explore_steps):
+        full = stepped.refined() if coarse else stepped
+        yield "explore", full, objective, strength
 
 
 def _joint_steps(

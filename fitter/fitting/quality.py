@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -13,12 +13,14 @@ class Work:
     starts : how many of STARTS are explored
     sweeps, explore_steps : alternating sweeps and joint steps for each of them
     refine_steps : joint steps at most for the best of them
+    coarse : of anisotropic fits, explore_steps see and move every second azimuth only
     """
 
     starts: int
     sweeps: int
     explore_steps: int
     refine_steps: int
+    coarse: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ QUALITIES = {
     "best": Quality(5, 12, 8, 60, 40, 8, 5, 360, 12, 720),
 }
 ANISOTROPIC_QUALITIES = {
-    "draft": Work(1, 4, 0, 10),
+    "draft": Work(1, 2, 10, 2, coarse=True),
     "standard": Work(1, 4, 0, 36),
     "best": Work(3, 8, 10, 80),
 }
