@@ -57,14 +57,15 @@ def request() -> None:
 
 
 def show(item: bpy.types.Material) -> None:
-    """Make a shader what its material asks for, now; in a window a draft may do for the moment.
+    """Make a shader what its material asks for, now; in a window a draft does if it takes seconds.
 
     Raises
     ------
     ParameterFileError, ShaderError
         As editing.refresh.
     """
-    editing.refresh(item, draft=not bpy.app.background)
+    is_slow = not bpy.app.background and editing.slow_model(item) is not None
+    editing.refresh(item, draft=is_slow)
     request()
 
 

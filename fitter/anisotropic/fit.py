@@ -3,9 +3,9 @@
 
 As `fit`, in two stages, both on all samples: every start gets some sweeps of alternating weighted
 least squares and a few joint steps, and the best of them continues with joint steps. Sweeps never
-raise E, joint steps never raise what they minimise: E e^disorder, see `prior`. Where the result
-would reflect more light than there is, its G is lowered (`albedo`). The first joint steps of a draft
-see half of the azimuths (`coarse`).
+raise E, joint steps never raise what they minimise: E e^disorder, see `prior`. The first joint
+steps of a draft see half of the azimuths (`coarse`). Where the result would reflect more light than
+there is, its G is lowered (`albedo`).
 """
 
 from __future__ import annotations

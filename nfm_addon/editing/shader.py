@@ -16,6 +16,7 @@ from ...fitter.models.factors import Factors
 from ...fitter.shading import closures
 from ...fitter.shading.base_lobes import N_CLOSURES
 from ...fitter.shading.closures import Closure
+from ...fitter.shading.shading import takes_seconds
 from ...osl import generate
 from .. import curve_nodes, known_shadings, live_nodes, script_node, stand_in
 from ..node_group import SCRIPT_NODE
@@ -77,7 +78,7 @@ def slow_model(owner: bpy.types.Material) -> Factors | None:
     if not has_base or group.nfm.applied == state.digest():
         return None
     model = shader_model(state, group)
-    is_slow = model.kind == "anisotropic" and known_shadings.find(model) is None
+    is_slow = takes_seconds(model) and known_shadings.find(model) is None
     return model if is_slow else None
 
 

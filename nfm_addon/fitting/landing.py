@@ -16,6 +16,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...fitter.shading.icon import material_icon
+from ...fitter.shading.shading import takes_seconds
 from ...osl import generate
 from .. import assets, assignment, live, material, render_setup, slices_text, undo
 from ..preferences import preferences_of
@@ -36,7 +37,8 @@ class NewMaterial:
     sampling : an identifier of properties.SAMPLING_ITEMS
     targets : session_uid of objects
     as_asset : mark the material as an asset
-    waits : whether its base lobes are found at once if nobody knows them, and not after it is shown
+    waits : whether base lobes that take seconds and that nobody knows are found at once, and not
+        after it is shown
     """
 
     path: str
@@ -100,7 +102,8 @@ class NewMaterial:
         return bool(landed)
 
     def _make(self, result: FitResult) -> bpy.types.Material:
-        new = material.build(result.fitted, self.sampling, draft=not self.waits)
+        draft = not self.waits and takes_seconds(result.fitted.model)
+        new = material.build(result.fitted, self.sampling, draft=draft)
         live.request()
         self._has_landed = True
         new.nfm.token = self._token
@@ -189,7 +192,8 @@ def _has_base(sampling: str) -> bool:
 
 
 def _put(item: bpy.types.Material, result: FitResult, waits: bool = False) -> None:
-    material.replace_model(item, result.fitted, draft=not waits)
+    draft = not waits and takes_seconds(result.fitted.model)
+    material.replace_model(item, result.fitted, draft=draft)
     live.request()
     _remember_slices(item, result)
     if item.asset_data and result.icon is not None:

@@ -43,6 +43,12 @@ def source(addon):
     return lambda material: addon("material").find_script_node(material).script.as_string()
 
 
+@pytest.fixture
+def expected_of(addon):
+    """Source of the finished shader of a fitted material."""
+    return lambda fitted: addon("shader_source").new_surface(fitted.model, "native").source
+
+
 def drag(blender, group, name="Lobe 2 D"):
     mapping = group.nodes[name].mapping
     mapping.curves[0].points[3].location[1] -= 0.1
@@ -206,3 +212,31 @@ def test_undo_brings_the_shader_back(blender, addon, build, live, source):
     material = blender.data.materials["plastic"]
     assert material.nfm.edit.lobe_1.width == 2
     assert source(material) != before
+
+
+def test_a_saved_file_holds_the_last_edit(blender, build, source, tmp_path):
+    """It may be rendered where there is no add-on."""
+    material = build()
+    before = source(material)
+    material.nfm.edit.lobe_1.width = 2.0
+    assert source(material) == before
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    assert source(material) != before
+
+
+def test_a_save_finishes_a_draft(blender, addon, source, tmp_path, expected_of):
+    fitted = FittedMaterial("paint", MODELS["paint"])
+    addon("known_shadings").forget()
+    material = addon("material").build(fitted, "NATIVE", draft=True)
+    assert source(material) != expected_of(fitted)
+    addon("known_shadings").forget()
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    assert source(material) == expected_of(fitted)
+
+
+def test_in_the_background_nothing_is_shown_as_a_draft(addon, build, live, source, requests):
+    material = build("metal", "NATIVE")
+    material.nfm.edit.lobe_1.width = 2.0
+    live.show(material)
+    assert requests
+    assert not addon("editing").refresh(material)
