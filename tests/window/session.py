@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from driver import Window, run
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
-HELD = 0.5  # CPU seconds for which an import of a fitted file may hold the interface
+HELD = 1.0  # CPU seconds at most of an import of a fitted file; 0.4 and more where BLAS is slow
 PICTURES = 80  # at most, until a shader is compiled: without a graphics card that takes long
 ADDON = "bl_ext.user_default.nfm.nfm_addon"
 
