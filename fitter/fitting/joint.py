@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations_with_replacement, pairwise
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -286,8 +286,7 @@ def _fill_masking_blocks(
         slice(layout.masking.start + m * N_MASKING, layout.masking.start + (m + 1) * N_MASKING)
         for m in range(n_lobes)
     ]
-    lobe_sum = np.einsum("xmc,mxp->cxp", a, kernels, optimize=True)
-
+    residuals = []
     for m in range(n_lobes):
         target = problem.pair_table((problem.weighted_target @ a[:, m, :, None])[..., 0])
         residual = _both_sides(target, u[m])
@@ -296,31 +295,41 @@ def _fill_masking_blocks(
             seen = _both_sides(table, u[m])
             normal[rows[m], layout.diffuse.start + c] = seen @ chains[m]
             residual -= model.diffuse[c] * seen
-        for k in range(n_lobes):
-            coupling = np.zeros((n, n))
-            for c in range(3):
-                product = problem.weight_of(c) * (a[:, m, c] * a[:, k, c])[:, None]
-                table = problem.pair_table(product)
-                coupling += table
-                seen = u[k] * _both_sides(table, u[k] * u[m])
-                normal[rows[m], layout.scale.start + 3 * k + c] = seen @ chains[m]
-                residual -= seen
-            if k >= m:
-                # both derivatives at the same bin, and one at each
-                same = np.diag(_both_sides(coupling, u[m] * u[k]))
-                crossed = coupling * u[m][None, :] * u[k][:, None]
-                crossed += (coupling * u[m][:, None] * u[k][None, :]).T
-                normal[rows[m], rows[k]] = chains[m].T @ (same + crossed) @ chains[k]
-            shared = (problem.weight @ (a[:, m] * a[:, k])[..., None])[..., 0] * kernels[k]
-            by_h = problem.angle_table(shared, u[m], axis=0)
-            ndf_rows = slice(k * N_THETA_H, (k + 1) * N_THETA_H)
-            normal[layout.ndf, rows[m]][ndf_rows] = by_h @ chains[m]
-        gradient[rows[m]] = residual @ chains[m]
+        residuals.append(residual)
+
+    for m, k in combinations_with_replacement(range(n_lobes), 2):
+        orders = {(m, k), (k, m)}
+        shared, coupling = np.zeros_like(kernels[m]), np.zeros((n, n))
         for c in range(3):
-            value = problem.weight_of(c) * lobe_sum[c] * a[:, m, c, None]
-            by_d = problem.angle_table(value, u[m], axis=1)
+            product = problem.weight_of(c) * (a[:, m, c] * a[:, k, c])[:, None]
+            table = problem.pair_table(product)
+            both = _both_sides(table, u[m] * u[k])
+            for one, other in orders:
+                seen = u[other] * both
+                column = layout.scale.start + 3 * other + c
+                normal[rows[one], column] = seen @ chains[one]
+                residuals[one] -= seen
+            shared += product
+            coupling += table
+        # both derivatives at the same bin, and one at each
+        same = np.diag(_both_sides(coupling, u[m] * u[k]))
+        crossed = coupling * u[m][None, :] * u[k][:, None]
+        crossed += (coupling * u[m][:, None] * u[k][None, :]).T
+        normal[rows[m], rows[k]] = chains[m].T @ (same + crossed) @ chains[k]
+        for one, other in orders:
+            by_h = problem.angle_table(shared * kernels[other], u[one], axis=0)
+            ndf_rows = slice(other * N_THETA_H, (other + 1) * N_THETA_H)
+            normal[layout.ndf, rows[one]][ndf_rows] = by_h @ chains[one]
+
+    for c in range(3):
+        lobe_sum = sum(a[:, m, c, None] * kernels[m] for m in range(n_lobes))
+        weighted = problem.weight_of(c) * lobe_sum
+        for m in range(n_lobes):
+            by_d = problem.angle_table(weighted * a[:, m, c, None], u[m], axis=1)
             fresnel_rows = slice(c * N_THETA_D, (c + 1) * N_THETA_D)
             normal[layout.fresnel, rows[m]][fresnel_rows] = by_d @ chains[m]
+    for m in range(n_lobes):
+        gradient[rows[m]] = residuals[m] @ chains[m]
 
 
 def _both_sides(pair_table: np.ndarray, u: np.ndarray) -> np.ndarray:

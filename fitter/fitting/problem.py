@@ -68,15 +68,19 @@ class Problem:
         n_phi = N_PHI_D // 2 // phi_group
         bins = merl_bins()
         self.n_angles = n_angles
-        self.weight = np.empty((N_CELLS, n_phi, 3))
-        self.weighted_target = np.empty_like(self.weight)
+        # side by side, for `moments` to sum both at once
+        self._both = np.empty((N_CELLS, n_phi, 6))
+        self.weight, self.weighted_target = self._both[..., :3], self._both[..., 3:]
         self.target_energy = 0.0
         for channel, w in enumerate(sample_weights(measurement, weight)):
             rho = measurement.f_r[..., channel]
             self.target_energy += float((w * rho * rho).sum())
             self.weight[..., channel] = _aggregate(w, n_phi)
             self.weighted_target[..., channel] = _aggregate(w * rho, n_phi)
-        self.unreachable = self._unreachable()
+        seen = self.weight > 0
+        mean = self.weighted_target / np.where(seen, self.weight, 1)
+        self._within = self.target_energy - float((self.weighted_target * mean).sum())
+        self.unreachable = (self._within + self._noise(mean, seen)) / self.target_energy
         self.cell_weight = self.weight.sum(1).reshape(N_THETA_H, N_THETA_D, 3)
         self.cell_target = self.weighted_target.sum(1).reshape(N_THETA_H, N_THETA_D, 3)
 
@@ -86,6 +90,7 @@ class Problem:
         self.bin_o = _angle_bin(bins.cos_o[:, :, representative], n_angles)
         self._bin_pair = (self.bin_i * n_angles + self.bin_o).ravel()
         self._channel_weight = np.ascontiguousarray(np.moveaxis(self.weight, -1, 0))
+        self._channel_mean = np.ascontiguousarray(np.moveaxis(mean, -1, 0))
         cell = np.arange(N_CELLS)[:, None]
         self._angle_bins = [
             [(rows * n_angles + bins).ravel() for bins in (self.bin_i, self.bin_o)]
@@ -94,18 +99,14 @@ class Problem:
         theta = (np.arange(n_angles) + 0.5) / n_angles * HALF_PI
         self.basis = splines.catmull_rom_taps(theta).matrix() / np.cos(theta)[:, None]
 
-    def _unreachable(self) -> float:
-        """See the class. Noise is what second differences along phi_d see, a smooth BRDF has none.
+    def _noise(self, mean: np.ndarray, seen: np.ndarray) -> float:
+        """What second differences along phi_d see of the samples' means; a smooth BRDF has none.
 
         For independent noise of variance v their mean square is 6 v.
         """
-        seen = self.weight > 0
-        mean = self.weighted_target / np.where(seen, self.weight, 1)
-        within = self.target_energy - float((self.weighted_target * mean).sum())
         triple = seen[:, 2:] & seen[:, 1:-1] & seen[:, :-2]
         second = mean[:, 2:] - 2 * mean[:, 1:-1] + mean[:, :-2]
-        noise = float((self.weight[:, 1:-1] * triple * second**2).sum()) / 6
-        return (within + noise) / self.target_energy
+        return float((self.weight[:, 1:-1] * triple * second**2).sum()) / 6
 
     def kernels(self, masking: np.ndarray) -> np.ndarray:
         """K_m = G_m(i) G_m(o) / (cos_i cos_o) of every sample: (lobes, 8100, n_phi)."""
@@ -141,32 +142,42 @@ class Problem:
         for row, (m, k) in enumerate(pairs):
             np.multiply(kernels[m], kernels[k], out=rows[:, row])
         rows[:, len(pairs) :] = kernels.transpose(1, 0, 2)
-        sums = rows @ self.weight
-        kernel_target = rows[:, len(pairs) :] @ self.weighted_target
+        sums, target_sums = np.split(rows @ self._both, 2, axis=-1)
         kernel_kernel = np.empty((N_CELLS, n_lobes, n_lobes, 3))
         for row, (m, k) in enumerate(pairs):
             kernel_kernel[:, m, k] = kernel_kernel[:, k, m] = sums[:, row]
         shape = (N_THETA_H, N_THETA_D, n_lobes, 3)
         return Moments(
             kernel_kernel=kernel_kernel.reshape(N_THETA_H, N_THETA_D, n_lobes, n_lobes, 3),
-            kernel_target=kernel_target.reshape(shape),
+            kernel_target=target_sums[:, len(pairs) :].reshape(shape),
             kernel=sums[:, len(pairs) :].reshape(shape),
         )
 
     def objective(self, model: FactorModel, moments: Moments) -> float:
         """E for a model whose masking belongs to the moments."""
-        a = amplitudes(model)
-        quadratic = np.einsum("hdmc,hdmkc,hdkc->", a, moments.kernel_kernel, a, optimize=True)
-        cross = 2 * (a * (moments.kernel_target - model.diffuse * moments.kernel)).sum()
-        d = model.diffuse
+        a, d = amplitudes(model), model.diffuse
+        quadratic = 0.0
+        for m in range(model.n_lobes):
+            for k in range(m, model.n_lobes):
+                both = a[:, :, m] * a[:, :, k]
+                quadratic += (1 + (m < k)) * np.vdot(both, moments.kernel_kernel[:, :, m, k])
+        cross = np.vdot(a, moments.kernel_target) - np.einsum("hdmc,hdmc,c", a, moments.kernel, d)
         constant = (d * d * self.cell_weight - 2 * d * self.cell_target).sum()
-        error = self.target_energy + quadratic - cross + constant
+        error = self.target_energy + quadratic - 2 * cross + constant
         # a difference of large sums: rounding takes that of a perfect fit below zero
         return float(max(error, 0.0) / self.target_energy)
 
     def objective_of(self, model: FactorModel) -> float:
-        """E of any model."""
-        return self.objective(model, self.moments(self.kernels(model.masking)))
+        """E of any model, sample by sample: quicker than its moments if nothing else needs them."""
+        kernels = self.kernels(model.masking)
+        a = amplitudes(model).reshape(N_CELLS, model.n_lobes, 3)
+        error = self._within
+        for c in range(3):
+            f = model.diffuse[c] - self._channel_mean[c]
+            for m in range(model.n_lobes):
+                f += a[:, m, c, None] * kernels[m]
+            error += np.einsum("xp,xp,xp", f, f, self._channel_weight[c])
+        return float(max(error, 0.0) / self.target_energy)
 
 
 def amplitudes(model: FactorModel) -> np.ndarray:
