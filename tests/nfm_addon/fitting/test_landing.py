@@ -153,7 +153,7 @@ def test_base_lobes_that_take_seconds_come_later_unless_one_waits(waits, addon, 
     brushed = ANISOTROPIC_MODELS["brushed"]
     result = fitting.FitResult(FittedMaterial("brushed", brushed))
     message = landing.NewMaterial("/x.nfm.json", "NATIVE", [], waits=waits).final(result)
-    assert ("error of native sampling" in message) == bool(shaded) == waits
+    assert ("error of native sampling" in message) == waits
     (item,) = addon("editing").measured_materials()
     assert addon("editing").refresh(item) != waits
     other = fitting.FitResult(FittedMaterial("other", replace(brushed, scale=brushed.scale / 2)))
