@@ -11,12 +11,11 @@ there is, its G is lowered (`albedo`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import islice
 
 from ..anisotropic_measurement import AnisotropicMeasurement
 from ..fitting import joint, prior
 from ..fitting.fit import Explored, FitStep, best_of_starts, until_converged
-from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY, Work
+from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY
 from ..fitting.weights import DEFAULT_WEIGHT
 from ..models.anisotropic_model import AnisotropicModel
 from .albedo import within_energy
@@ -36,19 +35,18 @@ def fit_steps(
 ) -> Iterator[FitStep]:
     """Yield the state after every step; arguments as for fit.fit_steps."""
     work = ANISOTROPIC_QUALITIES[quality]
-    steps_each = work.sweeps + work.explore_steps
-    total = work.starts * steps_each + work.refine_steps
+    total = work.all_explore_steps + work.refine_steps
     problem = AnisotropicProblem(measurement, weight=weight)
     coarse = AnisotropicProblem(measurement, weight=weight, step=STEP) if work.coarse else None
 
     def explore(start: Callable[[AnisotropicProblem], AnisotropicModel]) -> Explored:
-        return _explore(problem, coarse, start(problem), work, prior_strength)
+        return _explore(problem, coarse, start(problem), work.sweeps, prior_strength)
 
-    model = yield from best_of_starts(STARTS[: work.starts], explore, steps_each, total)
+    model = yield from best_of_starts(STARTS, explore, work, total)
     steps = _joint_steps(problem, model, prior_strength)
     for i, (refined, objective) in enumerate(until_converged(steps, work.refine_steps)):
         model = refined
-        progress = (work.starts * steps_each + i + 1) / total
+        progress = (work.all_explore_steps + i + 1) / total
         yield FitStep("refine", objective, model, progress, prior_strength)
 
     limited = within_energy(model)
@@ -61,19 +59,18 @@ def _explore(
     problem: AnisotropicProblem,
     coarse: AnisotropicProblem | None,
     model: AnisotropicModel,
-    work: Work,
+    sweeps: int,
     strength: float,
 ) -> Explored:
-    for i in range(work.sweeps):
+    for i in range(sweeps):
         model = sweep(problem, model, hold_lobes=i == 0)
         yield "sweep", model, joint.objective_of(problem, model, strength), strength
     if coarse:
-        steps = _joint_steps(coarse, CoarseModel.of(model), strength)
-    else:
-        steps = _joint_steps(problem, model, strength)
-    for stepped, objective in islice(steps, work.explore_steps):
-        full = stepped.refined() if coarse else stepped
-        yield "explore", full, objective, strength
+        for stepped, objective in _joint_steps(coarse, CoarseModel.of(model), strength):
+            yield "explore", stepped.refined(), objective, strength
+        return
+    for stepped, objective in _joint_steps(problem, model, strength):
+        yield "explore", stepped, objective, strength
 
 
 def _joint_steps(

@@ -93,8 +93,10 @@ def fit(
         n_angles=work.coarse_angles,
     )
     improve = _alternate if golden_section else _alternate_and_step
+    # those of the finalists are for all starts: a channel that lags in one may lead in another
+    explore_steps = work.explore_steps + work.finalists * work.final_steps // work.starts
     explored = [
-        improve(coarse, model, work.sweeps, work.explore_steps)
+        improve(coarse, model, work.sweeps, explore_steps)
         for model in (_one_lobe(coarse, start(coarse)) for start in STARTS[: work.starts])
     ]
     model = _best_of_each_channel(coarse, explored)

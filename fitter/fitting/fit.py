@@ -5,8 +5,8 @@ Four stages, each on the objective of `problem` and the preference of `prior`:
 
 1. explore: from every start, some sweeps of alternating weighted least squares (the paper's
    method), each factor put in order after its update (`order`), then a few joint steps, on a part
-   of the phi_d samples;
-2. refine: the best of them continues with joint steps on the same samples;
+   of the phi_d samples; the most promising get some more;
+2. refine: the best of those continues with joint steps on the same samples;
 3. appearance: joint steps on the same samples and on what the data looks like under lights
    (`appearance`);
 4. polish: the same on all samples with finer angle bins. Where the result would reflect more light
@@ -37,7 +37,7 @@ from . import joint, order, prior
 from .appearance import AppearanceError
 from .limits import within_energy
 from .problem import Problem
-from .quality import DEFAULT_QUALITY, QUALITIES, Quality
+from .quality import DEFAULT_QUALITY, QUALITIES, Quality, Work
 from .starts import SPECULAR_WIDTH, STARTS, highlight_width
 from .updates import update_diffuse_and_scale, update_fresnel, update_masking, update_ndf
 from .weights import DEFAULT_WEIGHT
@@ -69,8 +69,8 @@ Explored = Iterator[tuple[str, Factors, float, float]]
 class FitStep:
     """State after one step of a fit.
 
-    stage : "sweep 1", "explore 1" ..., "refine", "appearance", "polish", "limit"; the objective is
-        comparable within one
+    stage : "sweep 1", "explore 1" ..., "final 1" ..., "refine", "appearance", "polish", "limit";
+        the objective is comparable within one
     objective : joint.objective_of, what the stage minimises
     model : the model now, in the fixed gauge
     progress : 0..1 of the expected work
@@ -91,6 +91,10 @@ class FitStep:
         both = self.objective / np.exp(prior.disorder(self.model, self.strength))
         seen = self.appearance.value(self.model) if self.appearance else 0
         return float(max(both - seen, 0))
+
+    def error_and_disorder(self, strength: float) -> float:
+        """What a step without appearance would have as its objective under another strength."""
+        return self.error * np.exp(prior.disorder(self.model, strength))
 
 
 @dataclass(frozen=True)
@@ -151,9 +155,8 @@ def fit_steps(
     make_problem, make_appearance : for experiments with variants of the model
     """
     work = QUALITIES[quality]
-    explore_count = work.starts * (work.sweeps + work.explore_steps)
     polish_work = POLISH_STEP * work.polish_steps
-    total = explore_count + work.refine_steps + work.appearance_steps + polish_work
+    total = work.all_explore_steps + work.refine_steps + work.appearance_steps + polish_work
     problem = make_problem(
         measurement,
         weight=weight,
@@ -162,12 +165,10 @@ def fit_steps(
     )
 
     def explore(start: Callable[[Problem], FactorModel]) -> Explored:
-        return _explore(problem, start(problem), work, prior_strength)
+        return _explore(problem, start(problem), work.sweeps, prior_strength)
 
-    model = yield from best_of_starts(
-        STARTS[: work.starts], explore, work.sweeps + work.explore_steps, total
-    )
-    run = _Run(model, explore_count, total)
+    model = yield from best_of_starts(STARTS, explore, work, total)
+    run = _Run(model, work.all_explore_steps, total)
     strength = felt_strength(prior_strength, problem, run.model)
     refined = _refine(problem, run.model, work, strength)
     yield from run.stage("refine", refined, work.refine_steps, strength)
@@ -234,25 +235,37 @@ def felt_strength(strength: float, problem: Problem, model: FactorModel) -> floa
 def best_of_starts(
     starts: Sequence[Callable],
     explore: Callable[[Callable], Explored],
-    steps_each: int,
+    work: Work,
     total: int,
 ) -> Generator[FitStep, None, Factors]:
-    """Yield the steps of every start in turn; returns the best of the models they end with.
+    """Yield the steps of every start in turn, then of the finalists; returns the best model.
 
-    steps_each, total : expected number of steps of a start and of the whole fit
+    starts : of which the first are taken
+    explore : sweeps and joint steps from a start, without end
+    total : expected number of steps of the whole fit
     """
-    last: list[FitStep] = []
-    for number, start in enumerate(starts):
-        for i, (stage, model, objective, strength) in enumerate(explore(start)):
-            progress = (number * steps_each + i) / total
-            step = FitStep(f"{stage} {number + 1}", objective, model, progress, strength)
-            yield step
-        last.append(step)
-    # starts are comparable under one strength
-    strength = min(step.strength for step in last)
-    return min(
-        last, key=lambda step: step.error * np.exp(prior.disorder(step.model, strength))
-    ).model
+    done = 0
+    explored = [explore(start) for start in starts[: work.starts]]
+    last: dict[int, FitStep] = {}
+
+    def go_on(number: int, n_steps: int, name: str = "") -> Iterator[FitStep]:
+        nonlocal done
+        for i, (stage, model, objective, strength) in enumerate(islice(explored[number], n_steps)):
+            stage = f"{name or stage} {number + 1}"
+            last[number] = FitStep(stage, objective, model, (done + i) / total, strength)
+            yield last[number]
+        done += n_steps
+
+    def best_first() -> list[int]:
+        # starts are comparable under one strength
+        strength = min(step.strength for step in last.values())
+        return sorted(last, key=lambda n: last[n].error_and_disorder(strength))
+
+    for number in range(work.starts):
+        yield from go_on(number, work.sweeps + work.explore_steps)
+    for number in best_first()[: work.finalists]:
+        yield from go_on(number, work.final_steps, "final")
+    return last[best_first()[0]].model
 
 
 def sweep(
@@ -298,12 +311,12 @@ def _in_order(
     )
 
 
-def _explore(problem: Problem, model: FactorModel, work: Quality, strength: float) -> Explored:
-    for i in range(work.sweeps):
+def _explore(problem: Problem, model: FactorModel, sweeps: int, strength: float) -> Explored:
+    for i in range(sweeps):
         model = sweep(problem, model, hold_lobes=i == 0, in_order=strength > 0)
         yield "sweep", model, joint.objective_of(problem, model, strength), strength
     felt = felt_strength(strength, problem, model)
-    for stepped, objective in islice(joint.refine(problem, model, felt), work.explore_steps):
+    for stepped, objective in joint.refine(problem, model, felt):
         yield "explore", stepped, objective, felt
 
 

@@ -8,10 +8,11 @@ for a short time and continues the best.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from ..geometry import HALF_PI, theta_h_centres
+from ..geometry import HALF_PI, N_THETA_D, theta_d_centres, theta_h_centres
 from ..models.factors import N_LOBES
 from ..models.model import FactorModel
 from ..models.splines import masking_nodes
@@ -22,6 +23,12 @@ N_NORMAL_INCIDENCE = 30
 
 # Half width at half maximum in theta_h below which a highlight counts as specular.
 SPECULAR_WIDTH = np.radians(10)
+
+# start_separated: the share of cells whose values lie below the floor, rounds of updates, and the
+# least D and scale of a lobe beside a maximum of 1.
+FLOOR_QUANTILE = 0.02
+SEPARATION_ROUNDS = 200
+LEAST = 1e-9
 
 
 def highlight_profile(problem: Problem) -> np.ndarray:
@@ -56,6 +63,39 @@ def start_fixed(problem: Problem) -> FactorModel:
     return _start(problem, np.stack([_ggx(a) for a in (0.05, 0.2, 0.6)]))
 
 
+def start_separated(problem: Problem) -> FactorModel:
+    """Lobes that the data itself falls into: sum_m D_m(theta_h) P_m(theta_d).
+
+    A non-negative factorisation of the mean of the data over phi_d and channels, less its floor
+    (multiplicative updates: Lee and Seung 2001; Lawrence et al. 2004 factor BRDFs that way). For a
+    sharp lobe theta_i = theta_o = theta_d, so P = F G^2 / cos^2 with F level at first.
+    """
+    weight, target = problem.cell_weight.sum(2), problem.cell_target.sum(2)
+    seen = weight > 0
+    mean = target / np.where(seen, weight, 1)
+    mean = np.where(seen, np.maximum(mean - np.quantile(mean[seen], FLOOR_QUANTILE), 0), 0)
+    start = start_from_width(problem)
+    if not mean.any():
+        return start
+    ndf = start.ndf.T.copy()
+    profile = np.broadcast_to(mean.max(axis=0), (N_LOBES, N_THETA_D)).copy()
+    for _ in range(SEPARATION_ROUNDS):
+        profile *= _share(ndf.T @ (weight * mean), ndf.T @ (weight * (ndf @ profile)))
+        ndf *= _share((weight * mean) @ profile.T, (weight * (ndf @ profile)) @ profile.T)
+    seen_d = np.flatnonzero(seen.any(axis=0))
+    theta_d = theta_d_centres()[seen_d]
+    masking = np.cos(theta_d) * np.sqrt(_of_maximum_1(profile)[:, seen_d])
+    scale = np.maximum(ndf.max(axis=0) * profile.max(axis=1), LEAST * mean.max())
+    return replace(
+        start,
+        scale=np.tile(scale[:, None], 3),
+        ndf=_of_maximum_1(np.maximum(_of_maximum_1(ndf.T), LEAST)),
+        masking=np.stack(
+            [np.maximum(np.interp(masking_nodes(), theta_d, row), 1e-3) for row in masking]
+        ),
+    )
+
+
 def start_narrow(problem: Problem) -> FactorModel:
     """GGX lobes for mirror-like materials."""
     return _start(problem, np.stack([_ggx(a) for a in (0.02, 0.07, 0.3)]))
@@ -74,11 +114,21 @@ def start_random_again(problem: Problem) -> FactorModel:
 
 STARTS: tuple[Callable[[Problem], FactorModel], ...] = (
     start_from_width,
-    start_random,
     start_fixed,
+    start_separated,
     start_narrow,
+    start_random,
     start_random_again,
 )
+
+
+def _of_maximum_1(rows: np.ndarray) -> np.ndarray:
+    return _share(rows, rows.max(axis=1, keepdims=True))
+
+
+def _share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Quotient of non-negative numbers, 0 where nothing is divided by nothing."""
+    return part / np.maximum(whole, np.finfo(float).tiny)
 
 
 def _start(problem: Problem, ndf: np.ndarray) -> FactorModel:

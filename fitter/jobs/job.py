@@ -37,6 +37,7 @@ SECONDS = {"read": 0.5, "draft": 2.0, "standard": 8.5, "best": 16.0, "grade": 1.
 STAGES = {
     "sweep": "Trying start",
     "explore": "Improving start",
+    "final": "Going on with start",
     "refine": "Refining",
     "polish": "Polishing",
     "limit": "Limiting energy",

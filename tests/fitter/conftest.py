@@ -103,6 +103,8 @@ def short_fit(monkeypatch):
         starts=3,
         sweeps=1,
         explore_steps=1,
+        finalists=2,
+        final_steps=1,
         refine_steps=1,
         appearance_steps=1,
         maps=1,

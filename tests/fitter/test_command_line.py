@@ -58,8 +58,10 @@ def test_fit_writes_and_reports(short_fit, measured, tmp_path, capsys):
     assert f"\n{'':<16}{native.directional:.2%} error over all directions\n" in out
     assert str(output) in out
     explored = [f"{stage} {n}" for n in (1, 2, 3) for stage in ("sweep", "explore")]
-    stages = (*explored, "refine", "appearance", "polish")
-    assert err.splitlines() == [f"fit: {stage}" for stage in stages]
+    lines = err.splitlines()
+    assert lines[:6] == [f"fit: {stage}" for stage in explored]
+    assert lines[8:] == ["fit: refine", "fit: appearance", "fit: polish"]
+    assert len({"fit: final 1", "fit: final 2", "fit: final 3"} & {*lines[6:8]}) == 2
     assert list(tmp_path.iterdir()) == [output]
 
 
@@ -87,7 +89,7 @@ def test_fit_report_for_machines(short_fit, measured, tmp_path, capsys, monkeypa
 @pytest.fixture
 def short_anisotropic_fit(monkeypatch):
     for name in quality.ANISOTROPIC_QUALITIES:
-        monkeypatch.setitem(quality.ANISOTROPIC_QUALITIES, name, quality.Work(1, 2, 0, 2))
+        monkeypatch.setitem(quality.ANISOTROPIC_QUALITIES, name, quality.Work(1, 2, 0, 1, 0, 2))
 
 
 def test_fit_of_an_anisotropic_file(short_anisotropic_fit, tmp_path, capsys):

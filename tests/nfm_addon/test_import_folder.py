@@ -34,7 +34,7 @@ def short(extension, monkeypatch, addon):
     quality = importlib.import_module(f"{extension.__name__}.fitter.fitting.quality")
     for name in ("draft", "standard"):
         monkeypatch.setitem(
-            quality.QUALITIES, name, quality.Quality(1, 1, 0, 1, 0, 0, 45, 90, 0, 90)
+            quality.QUALITIES, name, quality.Quality(1, 1, 0, 1, 0, 1, 0, 0, 45, 90, 0, 90)
         )
     monkeypatch.setattr(addon("fitting.process"), "CODE", SHORT_FITS)
 

@@ -358,6 +358,8 @@ def test_fits_a_merl_file(
         starts=1,
         sweeps=4,
         explore_steps=0,
+        finalists=1,
+        final_steps=0,
         refine_steps=1,
         appearance_steps=1,
         maps=1,

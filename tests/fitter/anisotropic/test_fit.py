@@ -92,7 +92,7 @@ def test_progress(steps):
 
 def test_the_same_data_gives_the_same_model(measurement, monkeypatch):
     monkeypatch.setitem(
-        ANISOTROPIC_QUALITIES, "draft", ANISOTROPIC_QUALITIES["draft"].__class__(2, 2, 1, 1)
+        ANISOTROPIC_QUALITIES, "draft", ANISOTROPIC_QUALITIES["draft"].__class__(2, 2, 1, 1, 1, 1)
     )
     first, second = (
         [step.model for step in anisotropic_fit.fit_steps(measurement, quality="draft")][-1]

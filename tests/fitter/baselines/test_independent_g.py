@@ -30,7 +30,7 @@ def effort(monkeypatch):
     """Set the effort of a fit; angle bins fine enough to see the planted model through them."""
 
     def set_to(sweeps, joint_steps, rounds, **resolution):
-        work = Quality(3, sweeps, joint_steps, 4 * rounds, 2, 1, 15, 360, 2, 720)
+        work = Quality(3, sweeps, joint_steps, 1, 3, 4 * rounds, 2, 1, 15, 360, 2, 720)
         monkeypatch.setitem(QUALITIES, "standard", replace(work, **resolution))
         monkeypatch.setattr(shared, "REFINE_JOINT_STEPS", 4)
 
@@ -207,7 +207,7 @@ def test_effort_is_that_of_our_fit(monkeypatch, effort, two_lobes):
     monkeypatch.setattr(independent_g.joint, "refine", counted_refine)
     monkeypatch.setattr(shared, "CONVERGED", -1)
     independent_g.fit(two_lobes)
-    assert counts == {"sweep": 3 * (3 + 1) + 1, "step": 3 * 1 + 4, "appearance": 2 + 2}
+    assert counts == {"sweep": 3 * (3 + 1) + 1, "step": 3 * (1 + 1) + 4, "appearance": 2 + 2}
 
 
 def test_objective_of_the_table_is_that_of_the_problem(planted_by_channel, two_lobes):

@@ -69,6 +69,25 @@ def test_start_follows_the_width_of_the_data(sharp, problem_of):
     assert theta_h == pytest.approx(starts.highlight_width(sharp), rel=0.2)
 
 
+def test_separated_lobes_are_those_of_the_data(make_measurement):
+    """A table that is a sum of three products comes back as D (G / cos)^2 at theta_o = theta_d."""
+    theta_h, theta_d = geometry.theta_h_centres()[:, None], geometry.theta_d_centres()
+    mean = sum(
+        height * np.exp(-((theta_h / width) ** 2)) * (1 + (theta_d / reach) ** 2)
+        for height, width, reach in ((50, 0.05, 2.0), (3, 0.2, 0.7), (0.3, 0.8, 0.4))
+    )
+    table = np.broadcast_to(0.1 + mean[:, :, None, None], (90, 90, 180, 3))
+    problem = Problem(make_measurement(table), phi_group=45, n_angles=60)
+    model = starts.start_separated(problem)
+    masking = model.evaluate_masking(theta_d) / np.cos(theta_d)
+    lobes = model.scale[:, 0, None, None] * model.ndf[:, :, None] * masking[:, None] ** 2
+    floor = np.quantile(table[problem.cell_weight.sum(2) > 0], starts.FLOOR_QUANTILE)
+    seen = (problem.cell_weight.sum(2) > 0) & (mean > 1) & (theta_d < np.radians(85))
+    np.testing.assert_allclose(lobes.sum(0)[seen], (0.1 + mean - floor)[seen], rtol=0.05)
+    # no start of a fixed shape comes near
+    assert not np.allclose(starts.start_from_width(problem).ndf, model.ndf, atol=0.1)
+
+
 @pytest.mark.parametrize("start", starts.STARTS)
 def test_starts_are_models_that_every_update_can_work_with(sharp, start):
     model = start(sharp)

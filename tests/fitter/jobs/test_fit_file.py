@@ -114,7 +114,7 @@ def silk(tmp_path):
 @pytest.fixture
 def short_anisotropic_fit(monkeypatch):
     for name in quality.ANISOTROPIC_QUALITIES:
-        monkeypatch.setitem(quality.ANISOTROPIC_QUALITIES, name, quality.Work(1, 2, 0, 2))
+        monkeypatch.setitem(quality.ANISOTROPIC_QUALITIES, name, quality.Work(1, 2, 0, 1, 0, 2))
 
 
 def test_anisotropic_file(short_anisotropic_fit, silk):

@@ -17,7 +17,7 @@ from fitter.shading import shading
 from runner.environment import CHECKOUT
 from tests.models import MODELS
 
-SHORT = Quality(1, 1, 0, 1, 0, 0, 45, 90, 1, 90)
+SHORT = Quality(1, 1, 0, 1, 0, 1, 0, 0, 45, 90, 1, 90)
 
 
 @pytest.fixture(scope="module")

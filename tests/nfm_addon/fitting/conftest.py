@@ -16,7 +16,7 @@ sys.path.append(sys.argv[2])
 from fitter.jobs import job
 from fitter.fitting import quality
 for name in ("draft", "standard"):
-    quality.QUALITIES[name] = quality.Quality(1, 1, 0, 1, 0, 0, 45, 90, 0, 90)
+    quality.QUALITIES[name] = quality.Quality(1, 1, 0, 1, 0, 1, 0, 0, 45, 90, 0, 90)
 job.main(sys.argv[3])
 """
 
