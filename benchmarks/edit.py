@@ -106,7 +106,8 @@ def _median(
 
 def _drag(editing: ModuleType, owner: object, number: int) -> None:
     mapping = editing.group_of(owner).nodes["Lobe 2 D"].mapping
-    mapping.curves[0].points[4].location[1] -= 0.01 * (-1) ** (number // 3)
+    down = (0.01 + 0.001 * number) * (-1) ** (number // 3)  # never back to where it was
+    mapping.curves[0].points[4].location[1] -= down
     mapping.update()
 
 

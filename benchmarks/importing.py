@@ -2,7 +2,8 @@
 """What an import costs: the process with the fitter until its draft, and what Blender does itself.
 
 CPU seconds, and wall seconds until the draft is in the scene, which are those of an artist only on
-a machine that does nothing else. The process is the add-on's own, from its start.
+a machine that does nothing else. The process is the add-on's own, from its start. Fitted files need
+no process until they are shown: how long the interface is held by them, and by a script that waits.
 """
 
 from __future__ import annotations
@@ -17,13 +18,16 @@ from pathlib import Path
 from types import ModuleType
 
 from fitter.errors import NfmError
+from fitter.formats import parameter_file
 from fitter.formats.parameter_file import FittedMaterial
 from fitter.jobs.job import DRAFT, FINAL
 from runner.blender import load_extension
+from runner.environment import CHECKOUT
 
 from . import shared_data
 
-MATERIALS = ("nylon", "aluminium", "pink-fabric")
+MATERIALS = ("nylon", "aluminium", "pink-fabric", "brushed-metal", "woven-cloth")
+FITTED = ("cg_sunflower", "brushed-steel")  # of the material library; the second is anisotropic
 PAUSE = 0.02  # seconds between looks at the process; the add-on looks every 0.1
 
 
@@ -45,8 +49,12 @@ def run(arguments: argparse.Namespace) -> int:
     )
     for name in arguments.materials.split(","):
         with tempfile.TemporaryDirectory(prefix="nfm-bench-") as folder:
-            path = Path(folder, f"{name}.binary")
-            shared_data.write_material(name, path)
+            if name in shared_data.anisotropic_names():
+                path = Path(folder, f"{name}.bin")
+                shared_data.write_anisotropic(name, path)
+            else:
+                path = Path(folder, f"{name}.binary")
+                shared_data.write_material(name, path)
             start = time.monotonic()
             seconds, draft = _fit(process, queue, path, DRAFT)
             before = time.process_time()
@@ -59,7 +67,24 @@ def run(arguments: argparse.Namespace) -> int:
                 material.replace_model(item, final)
                 line += f"{seconds:>9.1f}{time.process_time() - before:>11.2f}"
             print(line, flush=True)
+    print(f"\n{'fitted file':<24}{'first held':>17}{'again':>10}{'waiting':>9}")
+    for name in FITTED:
+        held = [_landed(addon, name, waits) for waits in (False, False, True)]
+        print(f"{name:<24}{held[0]:>17.2f}{held[1]:>10.2f}{held[2]:>9.2f}", flush=True)
     return 0
+
+
+def _landed(addon: str, name: str, waits: bool) -> float:
+    """CPU seconds that a fitted file takes of Blender's own thread."""
+    landing, queue, known = (
+        import_module(f"{addon}.{module}")
+        for module in ("fitting.landing", "fitting.queue", "known_shadings")
+    )
+    known.forget()
+    start = time.process_time()
+    fitted = parameter_file.load(CHECKOUT / "library" / f"{name}{parameter_file.SUFFIX}")
+    landing.NewMaterial(name, "NATIVE", [], waits=waits).final(queue.FitResult(fitted))
+    return time.process_time() - start
 
 
 def _fit(

@@ -40,6 +40,8 @@ def facts(settings: bpy.types.PropertyGroup) -> list[tuple[str, str]]:
 
 def native_error_text(settings: bpy.types.PropertyGroup) -> str:
     """The error of native sampling in one line."""
+    if not settings.native_psnr:  # before the first finished shader
+        return iface_("Being found")
     return iface_("{:.2f} %, {:.0f} dB").format(100 * settings.native_error, settings.native_psnr)
 
 

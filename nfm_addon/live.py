@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When shaders are brought up to date: soon after an edit, and before every render.
+"""When shaders are brought up to date: soon after an edit, and before a render or a save.
 
 Nothing is done while something else changes: Blender says which kinds of data were updated, and
 only node trees and materials are looked at. Of a curve that is dragged by mouse it says nothing
@@ -54,6 +54,19 @@ class _Timer:
 def request() -> None:
     """See to it that shaders are brought up to date: soon in a window, else by a render."""
     _Timer.start(PAUSE, soon=True)
+
+
+def show(item: bpy.types.Material) -> None:
+    """Make a shader what its material asks for, now; in a window a draft does if it takes seconds.
+
+    Raises
+    ------
+    ParameterFileError, ShaderError
+        As editing.refresh.
+    """
+    is_slow = not bpy.app.background and editing.slow_model(item) is not None
+    editing.refresh(item, draft=is_slow)
+    request()
 
 
 def flush(settings_of: SettingsOf | None = None) -> list[bpy.types.Material]:
@@ -167,6 +180,13 @@ def _on_render(*_arguments: object) -> None:
 
 
 @persistent
+def _on_save(*_arguments: object) -> None:
+    # the file may be rendered where there is no add-on to finish a draft
+    if not bpy.app.is_job_running("RENDER"):
+        flush()
+
+
+@persistent
 def _on_frame(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Sliders may be animated: their values are those of the evaluated material."""
     rendering = depsgraph.mode == "RENDER"
@@ -196,6 +216,7 @@ _HANDLERS = {
     "redo_post": _on_history,
     "load_post": _on_history,
     "render_init": _on_render,
+    "save_pre": _on_save,
     "render_complete": _on_history,
     "render_cancel": _on_history,
     "frame_change_post": _on_frame,

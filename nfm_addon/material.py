@@ -17,7 +17,7 @@ from ..fitter.formats import parameter_file
 from ..fitter.formats.parameter_file import FittedMaterial
 from ..fitter.models.anisotropy import Anisotropy, anisotropy
 from ..osl import generate
-from . import changes, editing, lobes, node_group, script_node, stand_in
+from . import changes, editing, live, lobes, node_group, script_node, stand_in
 from .editing import fitted_material
 from .errors import ShaderError
 from .node_group import GROUP_NAME, SCRIPT_NODE, find_group_node, find_script_node
@@ -51,17 +51,21 @@ FIGURES = (
 INT_MAX = 2**31 - 1  # of Blender's properties
 
 
-def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types.Material:
+def build(
+    fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING, *, draft: bool = False
+) -> bpy.types.Material:
     """New material of a fitted model; nothing is left behind if its shader does not compile.
 
     sampling : an identifier of properties.SAMPLING_ITEMS
+    draft : as in editing.refresh; whoever asks for it requests the rest of live.py
 
     Raises
     ------
     ShaderError
         This Blender cannot compile the shader.
     """
-    surface = new_surface(fitted.model, sampling.lower())
+    # with edits it is another one that is shown
+    surface = new_surface(fitted.model, sampling.lower(), draft=draft or bool(fitted.edits))
     group = node_group.new_group(fitted.model)
     script = group.nodes[SCRIPT_NODE]
     try:
@@ -80,7 +84,7 @@ def build(fitted: FittedMaterial, sampling: str = DEFAULT_SAMPLING) -> bpy.types
     editing.adopt(material, surface)
     if fitted.edits:
         editing.apply_document(material, fitted.edits)
-        editing.refresh(material)
+        editing.refresh(material, draft=draft)
     return material
 
 
@@ -92,16 +96,20 @@ def change_sampling(material: bpy.types.Material) -> None:
     ParameterFileError, ShaderError
         As editing.refresh.
     """
-    editing.refresh(material)
+    live.show(material)
     candidates = find_script_node(material).inputs.get("Candidates")  # without OSL there is none
     if candidates:
         candidates.default_value = generate.DEFAULT_CANDIDATES[material.nfm.sampling.lower()]
 
 
-def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
+def replace_model(
+    material: bpy.types.Material, fitted: FittedMaterial, *, draft: bool = False
+) -> None:
     """Give a material another model; scales, sliders and links stay, curves are drawn anew.
 
     Diffuse takes the colour of the new model where it still has that of the old one.
+
+    draft : as in `build`
 
     Raises
     ------
@@ -123,7 +131,7 @@ def replace_model(material: bpy.types.Material, fitted: FittedMaterial) -> None:
     _store(material, fitted)
     try:
         editing.draw_curves(material)
-        editing.refresh(material)
+        editing.refresh(material, draft=draft)
     except NfmError:
         _store(material, before)
         editing.draw_curves(material)
@@ -144,7 +152,7 @@ def complete(material: bpy.types.Material) -> None:
     """
     group = editing.own_group(material)
     group.nfm.applied = ""
-    editing.refresh(material)
+    live.show(material)
     node_group.link(group)
     show_in_cycles(material)
 

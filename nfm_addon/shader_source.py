@@ -39,6 +39,11 @@ class Surface:
     closures: tuple[Closure, ...] = ()
     error: BaseError | None = None
 
+    @property
+    def is_draft(self) -> bool:
+        """Whether its base lobes are made quickly, and others will take their place."""
+        return bool(self.closures) and self.error is None
+
 
 def new_surface(
     model: Factors,
@@ -50,7 +55,8 @@ def new_surface(
     """Shader that renders the model with a sampling of generate.SAMPLINGS.
 
     draft : where the base lobes are not known, they are made of these closures if there are any,
-        of anisotropic models at fewer views, and without their error
+        of anisotropic models at fewer views and else of closures that do for most, and without
+        their error
     """
     selection = _selection(model)
     surface_tables = _surface_tables(model, selection)

@@ -32,6 +32,7 @@ SESSIONS = ("session", "library", "curves")
 
 SAMPLES = {"first.binary": "copper-paint", "second.binary": "glossy-plastic"}
 FITTED = "third.nfm.json"
+ANISOTROPIC = "fourth.nfm.json", "brushed-steel.nfm.json"  # and what it is in the material library
 FRESH_SETTINGS = """import bpy
 view = bpy.context.preferences.view
 view.show_splash, view.filebrowser_display_type, view.use_save_prompt = False, "SCREEN", False
@@ -223,6 +224,8 @@ def _write_samples(folder: Path) -> None:
         synthetic.write_sample(folder / name, sample)
     fitted = fit_file.material_from_file(str(folder / next(iter(SAMPLES))), quality="draft")
     parameter_file.save(folder / FITTED, replace(fitted, name="third"))
+    name, source = ANISOTROPIC
+    shutil.copyfile(CHECKOUT / "library" / source, folder / name)
 
 
 def _launcher(blender: Path | None, project: Path, seconds: int = SECONDS) -> Launcher:

@@ -3,8 +3,9 @@
 
 As `fit`, in two stages, both on all samples: every start gets some sweeps of alternating weighted
 least squares and a few joint steps, and the best of them continues with joint steps. Sweeps never
-raise E, joint steps never raise what they minimise: E e^disorder, see `prior`. Where the result
-would reflect more light than there is, its G is lowered (`anisotropic_albedo`).
+raise E, joint steps never raise what they minimise: E e^disorder, see `prior`. The first joint
+steps of a draft see half of the azimuths (`coarse`). Where the result would reflect more light than
+there is, its G is lowered (`albedo`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ..fitting.quality import ANISOTROPIC_QUALITIES, DEFAULT_QUALITY
 from ..fitting.weights import DEFAULT_WEIGHT
 from ..models.anisotropic_model import AnisotropicModel
 from .albedo import within_energy
+from .coarse import STEP, CoarseModel
 from .joint import normal_equations
 from .problem import AnisotropicProblem
 from .starts import STARTS
@@ -35,9 +37,10 @@ def fit_steps(
     work = ANISOTROPIC_QUALITIES[quality]
     total = work.all_explore_steps + work.refine_steps
     problem = AnisotropicProblem(measurement, weight=weight)
+    coarse = AnisotropicProblem(measurement, weight=weight, step=STEP) if work.coarse else None
 
     def explore(start: Callable[[AnisotropicProblem], AnisotropicModel]) -> Explored:
-        return _explore(problem, start(problem), work.sweeps, prior_strength)
+        return _explore(problem, coarse, start(problem), work.sweeps, prior_strength)
 
     model = yield from best_of_starts(STARTS, explore, work, total)
     steps = _joint_steps(problem, model, prior_strength)
@@ -53,11 +56,19 @@ def fit_steps(
 
 
 def _explore(
-    problem: AnisotropicProblem, model: AnisotropicModel, sweeps: int, strength: float
+    problem: AnisotropicProblem,
+    coarse: AnisotropicProblem | None,
+    model: AnisotropicModel,
+    sweeps: int,
+    strength: float,
 ) -> Explored:
     for i in range(sweeps):
         model = sweep(problem, model, hold_lobes=i == 0)
         yield "sweep", model, joint.objective_of(problem, model, strength), strength
+    if coarse:
+        for stepped, objective in _joint_steps(coarse, CoarseModel.of(model), strength):
+            yield "explore", stepped.refined(), objective, strength
+        return
     for stepped, objective in _joint_steps(problem, model, strength):
         yield "explore", stepped, objective, strength
 

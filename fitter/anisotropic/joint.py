@@ -16,6 +16,7 @@ from .. import polar_grid
 from ..fitting.joint import Equations, Layout
 from ..models.anisotropic_model import AnisotropicModel
 from ..taps import Taps
+from . import coarse
 from .problem import AnisotropicProblem
 
 
@@ -26,7 +27,8 @@ class _Group:
     part : where they stand in the parameter vector
     channels : those that they touch
     amplitude : (channels, n)
-    chain : (size,) derivative of the number that is interpolated to the parameter
+    chain : (size,) derivative of the number that is interpolated to its logarithm, or 1
+    spread : (size, parameters) derivative of these to the parameters; None if they are the same
     """
 
     part: slice
@@ -34,6 +36,12 @@ class _Group:
     channels: slice
     amplitude: np.ndarray
     chain: np.ndarray
+    spread: np.ndarray | None = None
+
+    def spread_over(self, values: np.ndarray) -> np.ndarray:
+        """Derivatives to the numbers (size, ...) as those to the parameters."""
+        values = (values.T * self.chain).T
+        return values if self.spread is None else self.spread.T @ values
 
 
 def normal_equations(
@@ -47,12 +55,12 @@ def normal_equations(
     residual = problem.weighted_target - problem.weight * f
     for number, a in enumerate(groups):
         pulled = (a.amplitude * residual[a.channels]).sum(0)
-        gradient[a.part] = a.taps.gathered(pulled) * a.chain
+        gradient[a.part] = a.spread_over(a.taps.gathered(pulled))
         for b in groups[number:]:
             coupling = _coupling(problem.weight, a, b)
             if coupling is not None:
                 block = problem.product_sums(a.taps, b.taps, coupling)
-                block *= a.chain[:, None] * b.chain
+                block = b.spread_over(a.spread_over(block).T).T
                 normal[a.part, b.part] = block
                 normal[b.part, a.part] = block.T
     value = problem.target_energy - ((problem.weighted_target + residual) * f).sum()
@@ -62,7 +70,9 @@ def normal_equations(
 def _groups(
     problem: AnisotropicProblem, model: AnisotropicModel, layout: Layout
 ) -> Iterator[_Group]:
-    n_free = polar_grid.N_FREE
+    is_coarse = isinstance(model, coarse.CoarseModel)
+    n_free = coarse.N_FREE if is_coarse else polar_grid.N_FREE
+    spread = coarse.spread() if is_coarse else None
     ndf = polar_grid.free_numbers(model.ndf)
     kernels = problem.kernels(model.masking)
     fresnel = problem.fresnel(model)
@@ -72,10 +82,10 @@ def _groups(
     for m in range(model.n_lobes):
         part = _part(layout.ndf, m, n_free)
         amplitude = model.scale[m][:, None] * fresnel * kernels[m]
-        yield _Group(part, problem.half, every, amplitude, ndf[m])
+        yield _Group(part, problem.half, every, amplitude, ndf[m], spread)
     for m in range(model.n_lobes):
         part = _part(layout.masking, m, n_free)
-        yield _Group(part, problem.nodes, every, values[m], np.ones(n_free))
+        yield _Group(part, problem.nodes, every, values[m], np.ones(polar_grid.N_FREE), spread)
     for c in range(3):
         channel = slice(c, c + 1)
         amplitude = (model.scale[:, c] @ level)[None]

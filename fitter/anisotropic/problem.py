@@ -61,12 +61,17 @@ class AnisotropicProblem:
     """
 
     def __init__(
-        self, measurement: AnisotropicMeasurement, *, weight: str = DEFAULT_WEIGHT
+        self, measurement: AnisotropicMeasurement, *, weight: str = DEFAULT_WEIGHT, step: int = 1
     ) -> None:
+        """Step : look at every so many azimuths of either direction."""
         directions = polar_grid.directions()[polar_grid.N_PHI - 1 :]
         node_i, node_o = np.triu_indices(polar_grid.N_FREE)
+        seen = (np.arange(polar_grid.N_FREE) - 1) % step == 0
+        seen[0] = True  # the pole
+        kept = seen[node_i] & seen[node_o]
+        node_i, node_o = node_i[kept], node_o[kept]
         wi, wo = directions[node_i], directions[node_o]
-        measure, total, square = _aggregated(measurement)
+        measure, total, square = (sums[..., kept] for sums in _aggregated(measurement))
         cosines = wi[:, 2] * wo[:, 2]
         mean = total / np.where(measure > 0, measure, 1)
         level = float((mean * measure * cosines).sum() / (3 * (measure * cosines).sum()))

@@ -32,21 +32,28 @@ ENOUGH_ROOM = 1.03  # room for this much at the coarse views is room at all othe
 COARSE_VIEWS = views_at(np.radians([*range(0, 90, 3), 89.5]))
 FINE_VIEWS = views_at(masking_nodes()[:-1])
 
-# Of anisotropic ones: the rows of G and two angles beyond the last row, for which it stands, at all
-# azimuths of G.
+# Of anisotropic ones: the rows of G and two angles beyond the last row, for which it stands, at
+# every fourth azimuth of G while rounds go on, then at all of them.
 POLAR_ANGLES = np.append(polar_grid.theta_nodes(), np.radians([82.5, 88.0]))
-POLAR_VIEWS = tuple(
-    (theta, phi) for theta in POLAR_ANGLES.tolist() for phi in polar_grid.phi_nodes().tolist()
-)
+COARSE_STEP = 4
+
+
+def _polar_views(step: int) -> Views:
+    azimuths = polar_grid.phi_nodes()[::step].tolist()
+    return tuple((theta, phi) for theta in POLAR_ANGLES.tolist() for phi in azimuths)
+
+
+COARSE_POLAR_VIEWS, FINE_POLAR_VIEWS = _polar_views(COARSE_STEP), _polar_views(1)
 
 
 def within_energy(model: AnyFactors) -> AnyFactors:
     """The model itself, or with G lowered where it would reflect more than all light."""
-    coarse, fine = (
-        (POLAR_VIEWS, POLAR_VIEWS) if model.kind == "anisotropic" else (COARSE_VIEWS, FINE_VIEWS)
-    )
+    is_polar = model.kind == "anisotropic"
+    coarse = COARSE_POLAR_VIEWS if is_polar else COARSE_VIEWS
+    fine = FINE_POLAR_VIEWS if is_polar else FINE_VIEWS
     limited, room = model, _room(model, coarse)
-    if room.min() > ENOUGH_ROOM:
+    # curves around may rise between the coarse azimuths as they like
+    if room.min() > ENOUGH_ROOM and not is_polar:
         return model
     for _ in range(ROUNDS):
         if room.min() > NEARLY_ALL:
@@ -69,11 +76,18 @@ def _lowered(model: AnyFactors, views: Views, share: np.ndarray) -> AnyFactors:
     if model.kind == "isotropic":
         angles = np.array([theta for theta, _ in views])
         return _with_masking(model, np.interp(masking_nodes(), angles, share))
-    rows = share.reshape(len(POLAR_ANGLES), -1)
+    rows = _at_all_azimuths(share.reshape(len(POLAR_ANGLES), -1))
     nodes = rows[: polar_grid.N_THETA].copy()
     nodes[-1] = np.minimum(nodes[-1], rows[polar_grid.N_THETA :].min(0))
     nodes[0] = nodes[0].min()  # the pole is one direction
     return _with_masking(model, nodes)
+
+
+def _at_all_azimuths(rows: np.ndarray) -> np.ndarray:
+    """Rows (k, azimuths), known at evenly spaced azimuths from 0, at those of G."""
+    turn = 2 * np.pi
+    known = np.arange(rows.shape[1]) / rows.shape[1] * turn
+    return np.array([np.interp(polar_grid.phi_nodes(), known, row, period=turn) for row in rows])
 
 
 def _with_masking(model: FactorModel | AnisotropicModel, share: np.ndarray) -> AnyFactors:

@@ -95,7 +95,7 @@ def terms(model: Factors, strength: float) -> dict[str, Terms]:
         "masking": model.free_numbers(model.masking),
     }
     if isinstance(model, AnisotropicModel):
-        families = _anisotropic_families(model.n_lobes, model.fresnel)
+        families = _anisotropic_families(free)
     else:
         families = _isotropic_families(free)
     return {
@@ -152,15 +152,16 @@ def _isotropic_families(free: dict[str, np.ndarray]) -> dict[str, list[_Family]]
     }
 
 
-def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_Family]]:
-    tables = np.arange(n_lobes * polar_grid.N_FREE).reshape(n_lobes, -1)
-    full = polar_grid.full_tables(tables)  # lobes, 6, 48
+def _anisotropic_families(free: dict[str, np.ndarray]) -> dict[str, list[_Family]]:
+    n_lobes, size = free["ndf"].shape
+    n_phi = (size - 1) // (polar_grid.N_THETA - 1)
+    tables = np.arange(n_lobes * size).reshape(n_lobes, size)
+    pole = np.repeat(tables[:, :1, None], n_phi, axis=2)
+    full = np.concatenate([pole, tables[:, 1:].reshape(n_lobes, -1, n_phi)], axis=1)
     # around: closed, with two numbers repeated so that every second difference is there
     lines = {
         "along": full.transpose(0, 2, 1).reshape(-1, polar_grid.N_THETA),
-        "around": np.concatenate([full[:, 1:], full[:, 1:, :2]], axis=2).reshape(
-            -1, polar_grid.N_PHI + 2
-        ),
+        "around": np.concatenate([full[:, 1:], full[:, 1:, :2]], axis=2).reshape(-1, n_phi + 2),
     }
 
     def family(name: str, axis: str, curve: Callable, wrong: Callable) -> _Family:
@@ -173,7 +174,7 @@ def _anisotropic_families(n_lobes: int, fresnel: np.ndarray) -> dict[str, list[_
         "ndf": [family("ndf", axis, _decades, _away_from_peak) for axis in lines],
         "fresnel": [
             replace(isotropic, level=ANISOTROPIC_LEVEL["fresnel"])
-            for isotropic in _isotropic_families({"fresnel": fresnel})["fresnel"]
+            for isotropic in _isotropic_families({"fresnel": free["fresnel"]})["fresnel"]
         ],
         "masking": [
             *(family("masking", axis, _plotted, _rising) for axis in lines),
@@ -261,8 +262,9 @@ def _decades(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _log_over_cosine(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """log(G / cos theta) of tables on the UTIA grid (lobes, 241)."""
-    cosine = polar_grid.directions()[polar_grid.N_PHI - 1 :, 2]
+    """log(G / cos theta) of tables on the UTIA grid (lobes, 241), or of fewer azimuths."""
+    beyond_pole = np.cos(polar_grid.theta_nodes()[1:])
+    cosine = np.append(1.0, np.repeat(beyond_pole, (factor.shape[1] - 1) // len(beyond_pole)))
     positive = np.maximum(factor, np.finfo(float).tiny)
     return np.log(positive / cosine), np.ones_like(factor)
 

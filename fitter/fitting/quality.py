@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -14,6 +14,8 @@ class Work:
     sweeps, explore_steps : alternating sweeps and joint steps for each of them
     finalists, final_steps : so many of the best go on with so many joint steps each
     refine_steps : joint steps at most for the best of those
+    coarse : of anisotropic fits, joint steps before the best is chosen see and move every second
+        azimuth only
     """
 
     starts: int
@@ -22,6 +24,7 @@ class Work:
     finalists: int
     final_steps: int
     refine_steps: int
+    coarse: bool = field(default=False, kw_only=True)
 
     @property
     def all_explore_steps(self) -> int:
@@ -55,7 +58,7 @@ QUALITIES = {
     "best": Quality(6, 6, 8, 3, 16, 60, 40, 8, 5, 360, 12, 720),
 }
 ANISOTROPIC_QUALITIES = {
-    "draft": Work(1, 4, 0, 1, 0, 10),
+    "draft": Work(1, 2, 10, 1, 0, 2, coarse=True),
     "standard": Work(1, 4, 0, 1, 0, 36),
     "best": Work(3, 8, 10, 1, 0, 80),
 }

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -42,12 +43,14 @@ def lobe_albedo(model: Factors, views: Views) -> np.ndarray:
     """
     grid = _grid(model.kind)
     points = _points(model.kind, views)
-    shape = grid.ndf(model)[:, points.half] * grid.masking(model)[:, points.masking] * points.weight
-    fresnel = grid.fresnel(model)[:, points.fresnel]
+    ndf, masking, fresnel = grid.ndf(model), grid.masking(model), grid.fresnel(model)
     sums = np.empty((len(views), model.n_lobes, 3))
-    for view, begin in enumerate(points.first[:-1]):
-        end = points.first[view + 1]
-        sums[view] = shape[:, begin:end] @ fresnel[:, begin:end].T
+    # view by view, or the numbers in between would not stay in the processor's cache
+    for view, (begin, end) in enumerate(pairwise(points.first)):
+        shape = ndf.take(points.half[begin:end], axis=1)
+        shape *= masking.take(points.masking[begin:end], axis=1)
+        shape *= points.weight[begin:end]
+        sums[view] = shape @ fresnel.take(points.fresnel[begin:end], axis=1).T
     own = grid.masking_at(model, np.array(views))
     return sums * own.T[:, :, None] * model.scale
 

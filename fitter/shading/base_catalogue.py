@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..models.anisotropy import anisotropy
@@ -41,6 +43,34 @@ _TANGENTS = np.radians([0, 45])  # from the main direction
 _TILTS = np.radians([8, 20, 35])
 _TILTED_TO = np.radians(np.arange(0, 360, 45))  # from the main direction
 _TILTED_EXPONENTS = (3, 12)
+
+# For drafts of anisotropic models, azimuths from the main direction: picked as those of a material
+# are, but for six materials together, brushed metals and woven cloths.
+_DRAFT_CLOSURES = (
+    Closure("diffuse_ramp"),
+    *(Closure("phong_ramp", n) for n in (4, 40)),
+    Closure("phong_ramp", 12, -0.3),
+    Closure("ggx", 0.22, across=0.65),
+    Closure("beckmann", 0.13, across=0.38),
+    *(Closure("phong_ramp", 12, tilt=float(_TILTS[0]), azimuth=_TILTED_TO[to]) for to in (0, 4)),
+    *(Closure("phong_ramp", 3, tilt=float(_TILTS[1]), azimuth=_TILTED_TO[to]) for to in (2, 6)),
+)
+
+
+def draft_closures(model: Factors) -> tuple[Closure, ...]:
+    """Closures of anisotropic models for a base that has to be there at once; of others none.
+
+    To pick those of a material takes a second.
+    """
+    if model.kind != "anisotropic":
+        return ()
+    main = np.radians(anisotropy(model).direction)
+    return tuple(
+        replace(closure, azimuth=float(main + closure.azimuth))
+        if closure.tilt or closure.across
+        else closure
+        for closure in _DRAFT_CLOSURES
+    )
 
 
 def catalogue(model: Factors) -> tuple[Closure, ...]:

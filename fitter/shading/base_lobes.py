@@ -24,7 +24,7 @@ import numpy as np
 from ..models.factors import Factors, PairTaps
 from ..nnls import PartlyNonnegative
 from ..quadrature import ViewQuadrature
-from .base_catalogue import catalogue
+from .base_catalogue import catalogue, draft_closures
 from .closures import Closure
 from .view_grid import DRAFT_GRIDS, FIT_GRIDS, SELECTION_GRIDS, ViewGrid
 
@@ -95,9 +95,11 @@ def fit_base_lobes(
 
     closures : dictionary to use, for instance that of the model before an edit, which saves the
         selection; None selects N_CLOSURES of the catalogue
-    draft : with fewer views, where there are many
+    draft : with fewer views, where there are many, and where the selection would take long, with
+        closures that do for most materials
     """
-    closures = tuple(closures or select_closures(model, N_CLOSURES))
+    closures = closures or (draft and draft_closures(model)) or select_closures(model, N_CLOSURES)
+    closures = tuple(closures)
     grid = (DRAFT_GRIDS if draft else FIT_GRIDS)[model.kind]
     systems = _systems(model, closures, grid, again=draft)
     weights = _solve_lobes(systems, ~_signed_columns(closures))
@@ -176,7 +178,9 @@ class _NormalEquations:
         norm = np.maximum(norm, LEAST_NORM * largest[_owner(closures)])
         dead = _dead_columns(closures, view.wo[2] > np.cos(np.radians(1))) | (norm < 1e-7)
         self.scale = np.where(dead, 0, 1 / np.maximum(norm, 1e-7))
-        self.matrix = gram * np.outer(self.scale, self.scale)
+        gram *= self.scale  # in place: with many candidates it is large
+        gram *= self.scale[:, None]
+        self.matrix = gram
         self.matrix[np.diag_indices_from(self.matrix)] += RIDGE**2
         flat = lobes.swapaxes(0, 1).reshape(len(weight), -1)
         right = columns @ (flat * weight[:, None]) * self.scale[:, None]

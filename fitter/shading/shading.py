@@ -22,6 +22,11 @@ class Shading:
     error: BaseError
 
 
+def takes_seconds(model: Factors) -> bool:
+    """Whether `shade` is nothing to wait for, unless it is to make a draft."""
+    return model.kind == "anisotropic"
+
+
 def shade(model: Factors, *, draft: bool = False) -> Shading:
     """Fit the base lobes of a model, as a draft or as they should be, and compare."""
     base = fit_base_lobes(model, draft=draft)

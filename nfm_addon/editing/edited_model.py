@@ -8,6 +8,7 @@ its tables are those of the model without them.
 from __future__ import annotations
 
 import json
+from collections import OrderedDict
 from dataclasses import replace
 
 import bpy
@@ -15,7 +16,6 @@ import numpy as np
 
 from ...fitter.editing import edits
 from ...fitter.editing.blend import blend, mix
-from ...fitter.editing.curves import Heights
 from ...fitter.editing.edits import Edits
 from ...fitter.editing.energy import within_energy
 from ...fitter.models.factors import Factors
@@ -24,6 +24,11 @@ from ..node_group import LOBE_SOCKETS, find_group_node
 from .drawn_curves import before_and_after
 from .own_nodes import group_of
 from .state import State, state_of
+
+MOST_MODELS = 8
+
+# By the digest of their state; those of states that were used last are at the end.
+_models: OrderedDict[str, Factors] = OrderedDict()
 
 
 def edited_model(owner: bpy.types.Material) -> Factors:
@@ -35,20 +40,32 @@ def edited_model(owner: bpy.types.Material) -> Factors:
         As refresh.
     """
     state = state_of(owner)
-    return _with_inputs(shader_model(state, curve_nodes.heights(group_of(owner))), state)
+    return _with_inputs(shader_model(state, group_of(owner)), state)
 
 
-def shader_model(state: State, heights: Heights) -> Factors:
+def shader_model(state: State, group: bpy.types.ShaderNodeTree) -> Factors:
     """The model that the shader's tables hold: without what are inputs.
 
-    heights : of the curves now
+    group : of the material, with its curves as they are in the state. Of a state seen before, the
+        model is the same object: it is asked for again while another process finds its base lobes
     """
+    key = state.digest()
+    if key not in _models:
+        _models[key] = _shader_model(state, group)
+        if len(_models) > MOST_MODELS:
+            _models.popitem(last=False)
+    _models.move_to_end(key)
+    return _models[key]
+
+
+def _shader_model(state: State, group: bpy.types.ShaderNodeTree) -> Factors:
     model = state.measured
     if state.settings.edit.show_original:
         return model
     if state.share:
         model = blend(model, state.other, state.share)
-    model = edits.apply(model, Edits(*before_and_after(state, heights), state.sliders.for_model()))
+    curves = before_and_after(state, curve_nodes.heights(group))
+    model = edits.apply(model, Edits(*curves, state.sliders.for_model()))
     return _within_energy(model, state) if state.keep_energy else model
 
 

@@ -16,6 +16,7 @@ from ...fitter.models.factors import Factors
 from ...fitter.shading import closures
 from ...fitter.shading.base_lobes import N_CLOSURES
 from ...fitter.shading.closures import Closure
+from ...fitter.shading.shading import takes_seconds
 from ...osl import generate
 from .. import curve_nodes, known_shadings, live_nodes, script_node, stand_in
 from ..node_group import SCRIPT_NODE
@@ -36,8 +37,8 @@ def refresh(
     """Make the shader what the material asks for; whether there was something to do.
 
     settings : with the values of a frame; None is owner.nfm
-    draft : with the closures of the last base, fewer views of anisotropic models, and without
-        the error
+    draft : where the base lobes are not known, with the closures of the last base, fewer views of
+        anisotropic models, and without the error
 
     Raises
     ------
@@ -54,11 +55,11 @@ def refresh(
     changed = group.nfm.applied != digest
     if changed and not (draft and group.nfm.applied == digest + _DRAFT):
         group = own_group(owner)
-        model = shader_model(state, curve_nodes.heights(group))
+        model = shader_model(state, group)
         sampling = state.settings.sampling.lower()
         surface = new_surface(model, sampling, draft=draft, closures=_last_closures(group))
         script_node.fill(group.nodes[SCRIPT_NODE], f"{owner.name}.osl", surface.source)
-        _remember(owner, group, surface, digest + (_DRAFT if draft else ""))
+        _remember(owner, group, surface, digest)
         stand_in.show_in_workbench(owner, stand_in.put(group, model))
     else:
         changed = False
@@ -76,13 +77,13 @@ def slow_model(owner: bpy.types.Material) -> Factors | None:
     has_base = state.settings.sampling.lower() in generate.BASE_SAMPLINGS
     if not has_base or group.nfm.applied == state.digest():
         return None
-    model = shader_model(state, curve_nodes.heights(group))
-    is_slow = model.kind == "anisotropic" and known_shadings.find(model) is None
+    model = shader_model(state, group)
+    is_slow = takes_seconds(model) and known_shadings.find(model) is None
     return model if is_slow else None
 
 
 def adopt(owner: bpy.types.Material, surface: Surface) -> None:
-    """Note that a surface, just made, is the one that the material asks for."""
+    """Note that a surface, just made, is the one that the material asks for, or its draft."""
     _remember(owner, group_of(owner), surface, state_of(owner).digest())
 
 
@@ -98,9 +99,9 @@ def give_up(owner: bpy.types.Material, settings: bpy.types.PropertyGroup | None 
 
 
 def _remember(
-    owner: bpy.types.Material, group: bpy.types.ShaderNodeTree, surface: Surface, applied: str
+    owner: bpy.types.Material, group: bpy.types.ShaderNodeTree, surface: Surface, digest: str
 ) -> None:
-    group.nfm.applied = applied
+    group.nfm.applied = digest + (_DRAFT if surface.is_draft else "")
     if surface.error:
         figures = surface.error.figures()
         owner.nfm.native_error = figures["native_error"]

@@ -16,8 +16,9 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...fitter.shading.icon import material_icon
+from ...fitter.shading.shading import takes_seconds
 from ...osl import generate
-from .. import assets, assignment, material, render_setup, slices_text, undo
+from .. import assets, assignment, live, material, render_setup, slices_text, undo
 from ..preferences import preferences_of
 from .queue import FitResult
 
@@ -36,12 +37,15 @@ class NewMaterial:
     sampling : an identifier of properties.SAMPLING_ITEMS
     targets : session_uid of objects
     as_asset : mark the material as an asset
+    waits : whether base lobes that take seconds and that nobody knows are found at once, and not
+        after it is shown
     """
 
     path: str
     sampling: str
     targets: list[int]
     as_asset: bool = False
+    waits: bool = False
     wants_draft: bool = True
     output: None = None
     _token: str = field(default_factory=lambda: secrets.token_hex(8))
@@ -67,7 +71,7 @@ class NewMaterial:
         _finished[self._token] = result
         landed = _with_token(self._token)
         for item in landed:
-            _put(item, result)
+            _put(item, result, self.waits)
         if not landed:
             return rpt_("{:s}: its draft was removed, and so is the fit").format(result.fitted.name)
         return self._message(landed[0])
@@ -98,7 +102,9 @@ class NewMaterial:
         return bool(landed)
 
     def _make(self, result: FitResult) -> bpy.types.Material:
-        new = material.build(result.fitted, self.sampling)
+        draft = not self.waits and takes_seconds(result.fitted.model)
+        new = material.build(result.fitted, self.sampling, draft=draft)
+        live.request()
         self._has_landed = True
         new.nfm.token = self._token
         new.nfm.source_path = self.path
@@ -125,7 +131,7 @@ class NewMaterial:
             ).format(new.name)
         else:
             message = rpt_("{:s} is on {:s}").format(new.name, ", ".join(names))
-        if new.nfm.sampling == "NATIVE":
+        if new.nfm.sampling == "NATIVE" and new.nfm.native_psnr:
             error = rpt_("; error of native sampling {:.2f} %")
             message += error.format(100 * new.nfm.native_error)
         if preferences_of(bpy.context).automatic_set_up:
@@ -144,11 +150,13 @@ class ExistingMaterial:
     uid : its session_uid
     path : the measured file
     title : of the undo step
+    waits : as in NewMaterial
     """
 
     uid: int
     path: str
     title: str
+    waits: bool = False
     wants_draft: bool = False
     output: None = None
 
@@ -163,7 +171,7 @@ class ExistingMaterial:
         found = self._find()
         if found is None:
             return rpt_("{:s}: its material was removed meanwhile").format(result.fitted.name)
-        _put(found, result)
+        _put(found, result, self.waits)
         found.nfm.source_path = self.path
         undo.push(self.title)
         return rpt_("{:s} has the model of {:s}").format(found.name, result.fitted.name)
@@ -183,8 +191,10 @@ def _has_base(sampling: str) -> bool:
     return sampling.lower() in generate.BASE_SAMPLINGS
 
 
-def _put(item: bpy.types.Material, result: FitResult) -> None:
-    material.replace_model(item, result.fitted)
+def _put(item: bpy.types.Material, result: FitResult, waits: bool = False) -> None:
+    draft = not waits and takes_seconds(result.fitted.model)
+    material.replace_model(item, result.fitted, draft=draft)
+    live.request()
     _remember_slices(item, result)
     if item.asset_data and result.icon is not None:
         assets.set_icon(item, result.icon)

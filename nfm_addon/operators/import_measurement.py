@@ -104,12 +104,13 @@ class NFM_OT_import_measurement(bpy.types.Operator, ImportHelper):
         targets = self._targets or targets_of(context) if self.assign else []
         waits = self.wait or bpy.app.background
         done = 0
-        for number, path in enumerate(self._paths()):
+        paths = self._paths()
+        for number, path in enumerate(paths):
             place = landing.NewMaterial(
-                path, self.sampling, [] if number else targets, self.as_asset
+                path, self.sampling, [] if number else targets, self.as_asset, waits
             )
-            # loading parameters takes no time worth a queue
-            if waits or is_parameter_file(path):
+            # one fitted material is there at once; a whole library of them would be felt
+            if waits or (len(paths) == 1 and is_parameter_file(path)):
                 done += self._land(context, place)
             else:
                 queue.add(Job(path, self.quality.lower(), place, self._encoding_of(path)))

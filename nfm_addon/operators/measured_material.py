@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ...fitter.errors import NfmError
-from .. import editing
+from .. import editing, live
 
 
 def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
@@ -62,5 +62,5 @@ class EditOperator(MaterialOperator):
 
     def act(self, context: bpy.types.Context, material: bpy.types.Material) -> str | None:
         message = self.change(context, material)
-        editing.refresh(material)
+        live.show(material)
         return message

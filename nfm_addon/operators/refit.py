@@ -31,8 +31,9 @@ class _Fits(OwnMaterialOperator):
         self, path: str, context: bpy.types.Context, encoding: str | None
     ) -> set[str]:
         item = active_material(context)
-        place = ExistingMaterial(item.session_uid, path, self.bl_label)
-        if not (self.wait or bpy.app.background or is_parameter_file(path)):
+        waits = self.wait or bpy.app.background
+        place = ExistingMaterial(item.session_uid, path, self.bl_label, waits)
+        if not (waits or is_parameter_file(path)):
             queue.add(Job(path, self.quality.lower(), place, encoding))
             bpy.ops.nfm.watch_fits("INVOKE_DEFAULT")
             return {"FINISHED"}

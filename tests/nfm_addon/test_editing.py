@@ -478,3 +478,49 @@ def closures_of(source):
 
 def rows_of(source):
     return int(re.search(r"#define N_VIEW_ROWS (\d+)", source)[1])
+
+
+def test_a_new_material_may_begin_as_a_draft(addon, editing, source, expected, monkeypatch):
+    addon("known_shadings").forget()
+    shader_source = addon("shader_source")
+    shade, shaded = shader_source.shade, []
+    monkeypatch.setattr(shader_source, "shade", lambda model: shaded.append(model) or shade(model))
+    fitted = FittedMaterial("brushed", BRUSHED)
+    drafted = addon("material").build(fitted, "NATIVE", draft=True)
+    assert not shaded
+    assert editing.is_drafted(drafted)
+    assert drafted.nfm.native_psnr == 0
+    assert editing.slow_model(drafted) is editing.slow_model(drafted) is not None
+    draft = source(drafted)
+    assert not editing.refresh(drafted, draft=True)
+    assert editing.refresh(drafted)
+    assert len(shaded) == 1
+    assert source(drafted) == expected(BRUSHED, "native") != draft
+    assert drafted.nfm.native_psnr > 30
+    assert not editing.refresh(drafted)
+    # whose base lobes are known needs no draft
+    again = addon("material").build(fitted, "NATIVE", draft=True)
+    assert source(again) == source(drafted)
+    assert not editing.refresh(again)
+
+
+def test_a_draft_of_a_sampling_without_base_lobes_is_finished(build, editing, source):
+    material = build("plastic", "REFERENCE")
+    material.nfm.edit.lobe_1.width = 2.0
+    assert editing.refresh(material, draft=True)
+    assert not editing.refresh(material)
+
+
+def test_base_lobes_of_a_preset_are_found_once(addon, editing, build, source, monkeypatch):
+    edited = build("metal", "NATIVE")
+    edited.nfm.edit.lobe_1.width = 2.0
+    editing.refresh(edited)
+    preset = FittedMaterial("metal", MODELS["metal"], edits=editing.document_of(edited))
+    addon("known_shadings").forget()
+    shader_source = addon("shader_source")
+    shade, shaded = shader_source.shade, []
+    monkeypatch.setattr(shader_source, "shade", lambda model: shaded.append(model) or shade(model))
+    again = addon("material").build(preset, "NATIVE")
+    assert len(shaded) == 1
+    assert source(again) == source(edited)
+    assert again.nfm.native_psnr == edited.nfm.native_psnr

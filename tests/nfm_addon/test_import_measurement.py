@@ -433,7 +433,7 @@ def test_shader_that_does_not_compile_leaves_nothing(
     monkeypatch.setattr(
         addon("material"),
         "new_surface",
-        lambda *_: addon("shader_source").Surface("shader broken(", np.zeros((3, 1, 3))),
+        lambda *_, **__: addon("shader_source").Surface("shader broken(", np.zeros((3, 1, 3))),
     )
     item = mesh_object(slots=1)
     before = all_names()

@@ -33,6 +33,20 @@ def test_what_was_not_used_for_long_is_forgotten(known):
     assert known.find(models[1]) is None
 
 
+def test_a_model_that_is_asked_for_again_is_hashed_once(known, monkeypatch):
+    hashed = []
+    sha256 = known.sha256
+    monkeypatch.setattr(known, "sha256", lambda kind: hashed.append(kind) or sha256(kind))
+    model, other = MODELS["paint"], MODELS["metal"]
+    for _ in range(3):
+        assert known.find(model) is None
+        assert known.is_same(model, model)
+    assert len(hashed) == 1
+    known.remember(other, "shading")
+    assert known.find(model) is None
+    assert known.find(other) == "shading"
+
+
 def test_a_known_base_is_not_fitted_again(known, addon, monkeypatch):
     source = addon("shader_source")
     fitted = []

@@ -206,3 +206,31 @@ def test_undo_brings_the_shader_back(blender, addon, build, live, source):
     material = blender.data.materials["plastic"]
     assert material.nfm.edit.lobe_1.width == 2
     assert source(material) != before
+
+
+def test_a_saved_file_holds_the_last_edit(blender, build, source, tmp_path):
+    """It may be rendered where there is no add-on."""
+    material = build()
+    before = source(material)
+    material.nfm.edit.lobe_1.width = 2.0
+    assert source(material) == before
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    assert source(material) != before
+
+
+def test_a_save_finishes_a_draft(blender, addon, tmp_path):
+    fitted = FittedMaterial("paint", MODELS["paint"])
+    addon("known_shadings").forget()
+    material = addon("material").build(fitted, "NATIVE", draft=True)
+    assert material.nfm.native_psnr == 0
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    assert material.nfm.native_psnr > 30
+    assert not addon("editing").refresh(material)
+
+
+def test_in_the_background_nothing_is_shown_as_a_draft(addon, build, live, source, requests):
+    material = build("metal", "NATIVE")
+    material.nfm.edit.lobe_1.width = 2.0
+    live.show(material)
+    assert requests
+    assert not addon("editing").refresh(material)

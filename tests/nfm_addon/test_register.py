@@ -123,6 +123,7 @@ def test_twice_registered_and_unregistered(run_python):
         "blend_import_post": 1,
         "depsgraph_update_post": 1,
         "frame_change_post": 1,
+        "save_pre": 1,
         "load_post": 2,
         "load_pre": 3,
         "redo_post": 2,

@@ -48,11 +48,12 @@ def test_nothing_rises_over_a_whole_fit(measurement, steps):
     problem = AnisotropicProblem(measurement)
     sweeps = [step for step in steps if step.stage.startswith("sweep")]
     errors = [problem.objective_of(step.model) for step in sweeps]
-    assert len(errors) >= 4
+    assert len(errors) >= 2
     assert (np.diff(errors) <= 1e-12).all()
-    refined = [step.objective for step in steps if step.stage == "refine"]
-    assert len(refined) > 5
-    assert (np.diff(refined) < 0).all()
+    for stage, least in (("explore 1", 5), ("refine", 2)):
+        objectives = [step.objective for step in steps if step.stage == stage]
+        assert len(objectives) >= least
+        assert (np.diff(objectives) < 0).all()
     for step in (sweeps[-1], steps[-1]):
         assert step.objective == pytest.approx(
             joint.objective_of(problem, step.model, prior.DEFAULT_STRENGTH), rel=1e-9

@@ -6,7 +6,8 @@ import pytest
 
 from fitter.quadrature import view_quadrature
 from fitter.shading import base_lobes
-from fitter.shading.base_catalogue import CATALOGUE, catalogue
+from fitter.shading.base_catalogue import CATALOGUE, catalogue, draft_closures
+from fitter.shading.base_error import base_error
 from fitter.shading.base_lobes import N_CLOSURES, fit_base_lobes, select_closures
 from fitter.shading.closures import Closure
 from fitter.shading.view_grid import DRAFT_GRIDS, FIT_GRIDS
@@ -513,6 +514,21 @@ def test_draft_has_fewer_views(directed):
     # those of isotropic materials are few as they are
     plain = fit_base_lobes(MODELS["matte"], (Closure("ggx", 0.3),), draft=True)
     assert len(plain.theta_o) == len(VIEW_ANGLES)
+
+
+def test_draft_needs_no_selection(monkeypatch):
+    monkeypatch.setattr(base_lobes, "select_closures", None)
+    for degrees in (0, 50):
+        shift = round(degrees / 7.5)
+        turned = {
+            name: np.roll(getattr(BRUSHED, name), shift, axis=2) for name in ("ndf", "masking")
+        }
+        model = replace(BRUSHED, **turned)
+        draft = fit_base_lobes(model, draft=True)
+        assert draft.closures == draft_closures(model)
+        assert len(draft.closures) == N_CLOSURES
+        assert base_error(model, draft).image < 0.05
+    assert draft_closures(MODELS["matte"]) == ()  # theirs are selected in no time
 
 
 @pytest.mark.filterwarnings("error")

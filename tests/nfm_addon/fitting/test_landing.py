@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a fit does to materials, and what undo makes of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.models import MODELS
+from fitter.formats.parameter_file import FittedMaterial
+from fitter.shading.shading import shade
+from tests.models import ANISOTROPIC_MODELS, MODELS
 
 
 def draft_is_there(started):
@@ -134,3 +138,33 @@ def test_undo_does_not_bring_a_cancelled_draft_back(
         blender.ops.ed.undo()
         assert material_of().name == "old 0"
         assert list(blender.data.materials.keys()) == ["old 0"]
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_base_lobes_that_take_seconds_come_later_unless_one_waits(waits, addon, monkeypatch):
+    addon("known_shadings").forget()
+    source, landing, fitting = (
+        addon(n) for n in ("shader_source", "fitting.landing", "fitting.queue")
+    )
+    shaded = []
+    monkeypatch.setattr(
+        source, "shade", lambda model: shaded.append(model) or shade(model, draft=True)
+    )
+    brushed = ANISOTROPIC_MODELS["brushed"]
+    result = fitting.FitResult(FittedMaterial("brushed", brushed))
+    message = landing.NewMaterial("/x.nfm.json", "NATIVE", [], waits=waits).final(result)
+    assert ("error of native sampling" in message) == waits
+    (item,) = addon("editing").measured_materials()
+    assert addon("editing").refresh(item) != waits
+    other = fitting.FitResult(FittedMaterial("other", replace(brushed, scale=brushed.scale / 2)))
+    shaded.clear()
+    landing.ExistingMaterial(item.session_uid, "/y", "Replace", waits).final(other)
+    assert bool(shaded) == waits
+
+
+def test_base_lobes_that_take_no_time_are_never_drafts(addon, result):
+    addon("known_shadings").forget()
+    message = addon("fitting.landing").NewMaterial("/x", "NATIVE", []).final(result("best"))
+    assert "error of native sampling" in message
+    (item,) = addon("editing").measured_materials()
+    assert not addon("editing").refresh(item)
