@@ -10,8 +10,8 @@ Four stages, each on the objective of `problem` and the preference of `prior`:
 3. appearance: joint steps on the same samples and on what the data looks like under lights
    (`appearance`);
 4. polish: the same on all samples with finer angle bins. Where the result would reflect more light
-   than there is, its G is lowered (`limits`), and F where it is far brighter at the horizon than any
-   of the data (`peak`).
+   than there is, its G is lowered (`limits`), and F where it is far brighter at the horizon than
+   any of the data (`peak`).
 
 Without the prior (strength 0) the sweeps leave the factors as they come, refining has sweeps
 between the joint steps, and the polish ends with the Gaussian filter over G that the paper uses for
