@@ -10,7 +10,8 @@ Four stages, each on the objective of `problem` and the preference of `prior`:
 3. appearance: joint steps on the same samples and on what the data looks like under lights
    (`appearance`);
 4. polish: the same on all samples with finer angle bins. Where the result would reflect more light
-   than there is, its G is lowered (`limits`).
+   than there is, its G is lowered (`limits`), and F where it is far brighter at the horizon than
+   any of the data (`peak`).
 
 Without the prior (strength 0) the sweeps leave the factors as they come, refining has sweeps
 between the joint steps, and the polish ends with the Gaussian filter over G that the paper uses for
@@ -36,6 +37,7 @@ from ..models.model import FactorModel
 from . import joint, order, prior
 from .appearance import AppearanceError
 from .limits import within_energy
+from .peak import within_peak
 from .problem import Problem
 from .quality import DEFAULT_QUALITY, QUALITIES, Quality, Work
 from .starts import SPECULAR_WIDTH, STARTS, highlight_width
@@ -185,7 +187,7 @@ def fit_steps(
         strength = felt_strength(prior_strength, problem, run.model)
         polished = _polish(problem, run.model, work.polish_steps, strength, appearance)
         yield from run.stage("polish", polished, polish_work, strength, appearance)
-    limited = within_energy(run.model)
+    limited = within_energy(within_peak(run.model, measurement.f_r.max()))
     if limited is not run.model:
         objective = joint.objective_of(problem, limited, strength, appearance)
         yield from run.stage("limit", iter([(limited, objective)]), 0, strength, appearance)
