@@ -181,9 +181,11 @@ def _on_render(*_arguments: object) -> None:
 
 @persistent
 def _on_save(*_arguments: object) -> None:
-    # the file may be rendered where there is no add-on to finish a draft
+    # The file may be rendered where there is no add-on to finish a draft. Copies stay together as
+    # long as nothing tells them apart.
     if not bpy.app.is_job_running("RENDER"):
-        flush()
+        for item in _editable():
+            _refresh(item)
 
 
 @persistent

@@ -218,6 +218,17 @@ def test_a_saved_file_holds_the_last_edit(blender, build, source, tmp_path):
     assert source(material) != before
 
 
+def test_a_save_leaves_copies_together_that_nothing_tells_apart(blender, build, source, tmp_path):
+    """Three looks of one material in other nodes would else be three tables in the file."""
+    material = build()
+    alike, other = material.copy(), material.copy()
+    other.nfm.edit.lobe_1.width = 2.0
+    groups = len(blender.data.node_groups)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    assert len(blender.data.node_groups) == groups + 1
+    assert source(alike) == source(material) != source(other)
+
+
 def test_a_save_finishes_a_draft(blender, addon, tmp_path):
     fitted = FittedMaterial("paint", MODELS["paint"])
     addon("known_shadings").forget()
