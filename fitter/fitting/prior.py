@@ -16,7 +16,10 @@ over the curves, each with maximum 1, of
 - roughness: the sum of squared second differences, against staircases;
 - level: squared first differences of the logarithm, so weakly that only numbers which the data
   does not see (D near 90 degrees) feel it and follow their neighbours; F, which else would drift
-  along e^(k theta) without end, a little more.
+  along e^(k theta) without end, a little more;
+- excess: squared logarithms of scales beyond those of any highlight. Factors of a lobe can run away
+  from each other, a D that rises to the horizon against a G that falls to it, over ten decades for
+  a few per cent of E.
 
 The terms are means over the curves of a factor. The first two are multiplied by the strength.
 """
@@ -52,6 +55,11 @@ ANISOTROPIC_LEVEL = {
     "ndf along": 1e-5,
     "ndf around": 1e-4,
 }
+
+# Scales up to this, 1/sr, cost nothing: those of the sharpest highlights of known data are below
+# it. Beyond, EXCESS times log^2.
+LARGE_SCALE = 1e7
+EXCESS = 1e-3
 
 # How much stronger the levels are without order, which else keeps F and G from drifting apart: the
 # scales of steel would reach 1e13, more than a parameter file holds.
@@ -98,10 +106,11 @@ def terms(model: Factors, strength: float) -> dict[str, Terms]:
         families = _anisotropic_families(free)
     else:
         families = _isotropic_families(free)
-    return {
+    found = {
         name: _joined([_terms(numbers, strength, family) for family in families[name]])
         for name, numbers in free.items()
     }
+    return {**found, "scale": _excess(model.scale.ravel())}
 
 
 def disorder(model: Factors, strength: float) -> float:
@@ -243,8 +252,20 @@ def _terms(numbers: np.ndarray, strength: float, family: _Family) -> Terms:
     )
 
 
+def _excess(scale: np.ndarray) -> Terms:
+    """Terms of scales (n,) beyond LARGE_SCALE."""
+    beyond = np.log(np.maximum(scale / LARGE_SCALE, 1))
+    root = np.sqrt(EXCESS) * (beyond > 0)
+    return Terms(
+        cost=EXCESS * beyond**2,
+        index=_padded(np.arange(scale.size)[None, :, None]),
+        slope=_padded(root[None, :, None]),
+        value=root * beyond,
+    )
+
+
 def _padded(array: np.ndarray) -> np.ndarray:
-    """(rows, n, 2 or 3) as (rows * n, 3), filled with zeros."""
+    """(rows, n, 1 to 3) as (rows * n, 3), filled with zeros."""
     flat = array.reshape(-1, array.shape[-1])
     return np.pad(flat, ((0, 0), (0, 3 - flat.shape[1])))
 
