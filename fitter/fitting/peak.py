@@ -17,7 +17,7 @@ import numpy as np
 
 from ..geometry import HALF_PI, N_PHI_D, N_THETA_D, N_THETA_H, merl_bins
 from ..models.model import FactorModel
-from .problem import amplitudes
+from .problem import amplitudes, angle_bins
 
 # Times the data's largest value. Angles are snapped, see below; that leaves 3.
 MOST_PEAK = 2.75
@@ -54,12 +54,6 @@ def _angle_bins() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Bins phi_d and pi - phi_d hold the same angles, exchanged: one half is enough.
     """
     bins = merl_bins()
-    shape = (N_THETA_H * N_THETA_D, N_PHI_D // 2)
     half = np.s_[:, :, : N_PHI_D // 2]
-    bin_i, bin_o = (
-        np.minimum(np.arccos(np.clip(cosine[half], 0, 1)) / HALF_PI * N_ANGLES, N_ANGLES - 1)
-        .astype(np.intp)
-        .reshape(shape)
-        for cosine in (bins.cos_i, bins.cos_o)
-    )
-    return bin_i, bin_o, bins.above_horizon[half].reshape(shape)
+    bin_i, bin_o = (angle_bins(cosine[half], N_ANGLES) for cosine in (bins.cos_i, bins.cos_o))
+    return bin_i, bin_o, bins.above_horizon[half].reshape(bin_i.shape)

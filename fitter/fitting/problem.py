@@ -86,8 +86,8 @@ class Problem:
 
         # the middle bin of a group stands for it; groups have an odd number of bins
         representative = slice(phi_group // 2, N_PHI_D // 2, phi_group)
-        self.bin_i = _angle_bin(bins.cos_i[:, :, representative], n_angles)
-        self.bin_o = _angle_bin(bins.cos_o[:, :, representative], n_angles)
+        self.bin_i = angle_bins(bins.cos_i[:, :, representative], n_angles)
+        self.bin_o = angle_bins(bins.cos_o[:, :, representative], n_angles)
         self._bin_pair = (self.bin_i * n_angles + self.bin_o).ravel()
         self._channel_weight = np.ascontiguousarray(np.moveaxis(self.weight, -1, 0))
         self._channel_mean = np.ascontiguousarray(np.moveaxis(mean, -1, 0))
@@ -196,7 +196,8 @@ def _aggregate(values: np.ndarray, n_phi: int) -> np.ndarray:
     return folded.reshape(N_CELLS, n_phi, half // n_phi).sum(-1)
 
 
-def _angle_bin(cosine: np.ndarray, n_angles: int) -> np.ndarray:
+def angle_bins(cosine: np.ndarray, n_angles: int) -> np.ndarray:
+    """Which of n_angles bins over 0 to 90 degrees cosines (90, 90, k) fall into: (8100, k)."""
     theta = np.arccos(np.clip(cosine, 0, 1))
     index = np.minimum((theta / HALF_PI * n_angles).astype(np.intp), n_angles - 1)
     return index.reshape(N_CELLS, -1)
